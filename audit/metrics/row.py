@@ -1,0 +1,44 @@
+"""`Metric`: everything the program knows about one quality number, next to the kernel that computes it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+__all__ = ["Metric"]
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One row of the registry.
+
+    id: `system.metric`.  title: for people.  on: linear cell types it is defined on; it is "not defined" on
+    all others.  unit: "1", "deg", "L", "L2", "L3".  low, high: documented range; the kernel's raw value may
+    leave it, reports clamp.  best: "low" or "high", the end of the scale that is good, or "none" for plain
+    sizes.  ideal: the value of a perfect cell, None where it depends on the type or there is none.
+    degenerate: value for a cell with no size (may be nan: "undefined").  systems: who uses it, under which
+    name.  formula: in one or two lines of text.  source: where the definition stands.  caveat: when the
+    number misleads.  kernel: compiled function (tile, out).  stages: geometry the kernel reads.
+    """
+
+    id: str
+    title: str
+    on: tuple[str, ...]
+    unit: str
+    low: float
+    high: float
+    best: Literal["low", "high", "none"]
+    ideal: float | None
+    degenerate: float
+    systems: tuple[str, ...]
+    formula: str
+    source: str
+    kernel: Callable[..., Any]
+    stages: int = 0
+    caveat: str = ""
+
+    @property
+    def worst_is_high(self) -> bool:
+        """Whether larger values are worse (sizes: the smallest cells are listed first)."""
+        return self.best == "low"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
+
+from meshwright.audit.metrics.tile import Kernel
 
 __all__ = ["Metric"]
 
@@ -19,7 +21,8 @@ class Metric:
     sizes.  ideal: the value of a perfect cell, None where it depends on the type or there is none.
     degenerate: value for a cell with no size (may be nan: "undefined").  systems: who uses it, under which
     name.  formula: in one or two lines of text.  source: where the definition stands.  caveat: when the
-    number misleads.  kernel: compiled function (tile, out).  stages: geometry the kernel reads.
+    number misleads.  kernel: compiled function (tile, out), or one per
+    type.  stages: geometry the kernel reads, likewise.
     """
 
     id: str
@@ -34,9 +37,17 @@ class Metric:
     systems: tuple[str, ...]
     formula: str
     source: str
-    kernel: Callable[..., Any]
-    stages: int = 0
+    kernel: Kernel | Mapping[str, Kernel]
+    stages: tuple[Kernel, ...] | Mapping[str, tuple[Kernel, ...]] = ()
     caveat: str = ""
+
+    def kernel_for(self, type_name: str) -> Kernel:
+        """The compiled function for a linear cell type the metric is defined on."""
+        return self.kernel[type_name] if isinstance(self.kernel, Mapping) else self.kernel
+
+    def stages_for(self, type_name: str) -> tuple[Kernel, ...]:
+        """The stages that function reads."""
+        return self.stages.get(type_name, ()) if isinstance(self.stages, Mapping) else self.stages
 
     @property
     def worst_is_high(self) -> bool:

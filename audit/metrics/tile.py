@@ -1,0 +1,221 @@
+"""The kernel engine: cells by the tile, geometry as structure of arrays, one driver for all cell types.
+
+A tile holds 64 cells as `x[node, xyz, lane]`. Stages fill the tile with shared geometry (edges, corner angles,
+Jacobians, ...), metrics turn it into one number per lane. Both are functions `(tile, out)` whose outer loop runs
+over the rows of the cell type's tables and whose inner loop runs over the lanes, which LLVM turns into vector code.
+The driver receives them as compiled function values, so each is compiled and cached on its own, and only when
+something asks for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import typeof, types
+from numpy.typing import NDArray
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.jit import kernel
+
+__all__ = ["LANES", "Kernel", "Tables", "Tile", "run_kernels", "tile_kernel"]
+
+LANES = 64
+"""Cells of a tile: enough to hide a function call, few enough for a hex tile to stay in the first-level cache."""
+
+_SLOTS = 48
+"""Kernels that one pass of the driver can take; a longer list takes several passes."""
+
+_SAFE_LOW, _SAFE_HIGH = 1e-60, 1e60
+"""Cell extents between which no product of five lengths can under- or overflow."""
+
+Kernel = Callable[..., Any]
+
+
+class Tables(NamedTuple):
+    """Rows of the cell type's tables that kernels loop over; see `cells.CellType`."""
+
+    edges: NDArray[np.int64]
+    tris: NDArray[np.int64]
+    quads: NDArray[np.int64]
+    triads: NDArray[np.int64]
+    diagonals: NDArray[np.int64]
+
+
+class Tile(NamedTuple):
+    """Geometry of 64 cells; the last axis is the lane.
+
+    x (n, 3, L): corners relative to the cell's first one, in units of `unit`.
+    unit (L,): length of one unit of x, a power of two; 1 except in huge or tiny cells.
+    edge (m, 3, L), edge2 (m, L): edge vectors and their squared lengths.
+    angle (4, L): smallest and largest corner angle in degrees of the triangular faces (rows 0, 1) and of the quadrilateral
+    faces (rows 2, 3), of the corners where an angle is defined; nan where the cell has no such face or corner.
+    shapeless (2, L): corners of triangular and of quadrilateral faces at an edge of zero length, where none is defined.
+    jacobian (k, L): determinants of the corner triads.
+    axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
+    bisectors and mode[3] the hour-glass vector.
+    face (f, 3, L): area vectors, triangular faces first.  volume (L,): signed volume in unit**3.
+    work (8, L): scratch.  tables: of the cell type.
+    """
+
+    x: NDArray[np.float64]
+    unit: NDArray[np.float64]
+    edge: NDArray[np.float64]
+    edge2: NDArray[np.float64]
+    angle: NDArray[np.float64]
+    shapeless: NDArray[np.float64]
+    jacobian: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    mode: NDArray[np.float64]
+    face: NDArray[np.float64]
+    volume: NDArray[np.float64]
+    work: NDArray[np.float64]
+    tables: Tables
+
+
+def _new_tables(type_name: str) -> Tables:
+    cell = CELL_TYPES[type_name]
+    return Tables(cell.edge_table, cell.tri_faces, cell.quad_faces, cell.triad_table, cell.diagonal_table)
+
+
+def _new_tile(type_name: str) -> Tile:
+    t = _new_tables(type_name)
+    shape = {
+        "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge": (len(t.edges), 3), "edge2": (len(t.edges),),
+        "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
+        "face": (len(t.tris) + len(t.quads), 3), "volume": (), "work": (8,),
+    }  # fmt: skip
+    return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
+
+
+_TILE = typeof(_new_tile("hex"))
+_SIGNATURE = types.void(_TILE, types.Array(types.float64, 1, "C"))
+_KERNEL = types.FunctionType(_SIGNATURE)
+
+
+def tile_kernel(function: Kernel) -> Kernel:
+    """Mark a function `(tile: Tile, out: (L,) float64)` as a stage or metric; compiled when first asked for."""
+    return kernel(function)
+
+
+@tile_kernel
+def _nothing(tile: Tile, out: NDArray[np.float64]) -> None:
+    """Fill the unused slots of the driver."""
+
+
+def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer], first: int, finite: NDArray) -> None:
+    """Copy the corners of 64 cells from row `first` on; lanes past the last cell repeat it."""
+    last = nodes.shape[0] - 1
+    for i in range(LANES):
+        row = min(first + i, last)
+        origin = nodes[row, 0]
+        ox, oy, oz = points[origin, 0], points[origin, 1], points[origin, 2]
+        for j in range(tile.x.shape[0]):
+            p = nodes[row, j]
+            tile.x[j, 0, i] = points[p, 0] - ox
+            tile.x[j, 1, i] = points[p, 1] - oy
+            tile.x[j, 2, i] = points[p, 2] - oz
+    extent = tile.work[0]
+    for i in range(LANES):
+        extent[i] = 0.0
+        finite[i] = 1.0
+        tile.unit[i] = 1.0
+    for j in range(1, tile.x.shape[0]):
+        for i in range(LANES):
+            # a sum, not a maximum: it keeps NaN
+            extent[i] += abs(tile.x[j, 0, i]) + abs(tile.x[j, 1, i]) + abs(tile.x[j, 2, i])
+    for i in range(LANES):
+        if not (_SAFE_LOW < extent[i] < _SAFE_HIGH):
+            _rescale(tile, points, nodes, min(first + i, last), i, finite)
+
+
+def _rescale(
+    tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer], row: int, i: int, finite: NDArray
+) -> None:
+    """Gather a huge, tiny or broken cell again, in units of a power of two near its size."""
+    size = 0.0
+    for j in range(tile.x.shape[0]):
+        for d in range(3):
+            value = points[nodes[row, j], d]
+            if not math.isfinite(value):
+                finite[i] = 0.0
+            size = max(size, abs(0.25 * value - 0.25 * points[nodes[row, 0], d]))
+    if finite[i] == 0.0 or size == 0.0:
+        for j in range(tile.x.shape[0]):
+            for d in range(3):
+                tile.x[j, d, i] = 0.0
+        return
+    exponent = math.frexp(size)[1]
+    half = exponent // 2  # two steps, since 2**-exponent itself may overflow
+    for j in range(tile.x.shape[0]):
+        for d in range(3):
+            value = 0.25 * points[nodes[row, j], d] - 0.25 * points[nodes[row, 0], d]
+            tile.x[j, d, i] = math.ldexp(math.ldexp(value, -half), half - exponent)
+    tile.unit[i] = math.ldexp(4.0, exponent)
+
+
+_gather_compiled = kernel(_gather)
+_rescale = kernel(_rescale)
+_gather = _gather_compiled
+
+
+def _driver_signature(index: Any) -> Any:
+    nodes = types.Array(index, 2, "C", readonly=True)
+    points = types.Array(types.float64, 2, "C", readonly=True)
+    columns = types.Array(types.int64, 1, "C")
+    return types.void(
+        _TILE,
+        points,
+        nodes,
+        types.int64,
+        types.int64,
+        types.UniTuple(_KERNEL, _SLOTS),
+        columns,
+        types.Array(types.float64, 2, "C"),
+    )
+
+
+@kernel([_driver_signature(types.int32), _driver_signature(types.int64)])
+def _run_tiles(tile, points, nodes, start, stop, kernels, columns, out):  # type: ignore[no-untyped-def]
+    """Rows start to stop of one block: gather each tile, run every kernel on it, keep the columns asked for."""
+    lane = np.empty(LANES)
+    finite = np.empty(LANES)
+    for first in range(start, stop, LANES):
+        _gather(tile, points, nodes, first, finite)
+        used = min(LANES, stop - first)
+        for k in range(len(columns)):
+            kernels[k](tile, lane)
+            if columns[k] >= 0:
+                row = out[columns[k]]
+                for i in range(used):
+                    row[first + i] = lane[i] if finite[i] == 1.0 else np.nan
+
+
+def run_kernels(
+    type_name: str,
+    points: NDArray[np.float64],
+    nodes: NDArray[np.integer],
+    start: int,
+    stop: int,
+    stages: Sequence[Kernel],
+    metrics: Sequence[Kernel],
+    out: NDArray[np.float64],
+) -> None:
+    """Measure rows start to stop of a block of one linear type.
+
+    points (n, 3), nodes (cells, k): may be wider than the type's corners.  stages: run first, in this order.
+    metrics: one row of out (len(metrics), cells) each.  A cell with a non-finite corner gets nan throughout.
+    Releases the GIL; disjoint ranges may run in parallel.
+    """
+    for function in (*stages, *metrics):
+        function.compile(_SIGNATURE)  # type: ignore[attr-defined]
+    room = _SLOTS - len(stages)
+    tile = _new_tile(type_name)
+    for begin in range(0, len(metrics), room):
+        batch = metrics[begin : begin + room]
+        functions = (*stages, *batch)
+        padding = (_nothing,) * (_SLOTS - len(functions))
+        columns = np.array([-1] * len(stages) + list(range(begin, begin + len(batch))), dtype=np.int64)
+        _run_tiles(tile, points, nodes, start, stop, (*functions, *padding), columns, out)

@@ -1,7 +1,7 @@
 """How every kernel of the program is compiled, and where the compiled code is kept.
 
 `error_model="numpy"`: division by zero gives inf or nan, never an exception. No fastmath: it hides NaN.
-The cache lives in the user's cache folder under a key made of the package's own source files, because numba
+The cache lives in the user's cache folder under a key made of the source files that hold kernels, because numba
 looks only at the file of the outermost function and would keep stale code when a function it calls changes.
 """
 
@@ -36,8 +36,9 @@ def _cache_folder() -> Path:
     digest = hashlib.sha256(numba.__version__.encode())
     here = Path(__file__).parent
     for path in sorted(here.rglob("*.py")):
-        stat = path.stat()
-        digest.update(f"{path.relative_to(here)} {stat.st_size} {stat.st_mtime_ns}\n".encode())
+        source = path.read_bytes()
+        if b"kernel" in source:
+            digest.update(source)
     return base / digest.hexdigest()[:16]
 
 

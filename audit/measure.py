@@ -14,7 +14,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import DEFAULT, METRICS, Metric
 from meshwright.audit.metrics.stages import STAGES
-from meshwright.audit.metrics.tile import LANES, run_kernels
+from meshwright.audit.metrics.tile import LANES, prepare, run_kernels
 
 __all__ = ["Measured", "clamp", "measure"]
 
@@ -67,6 +67,7 @@ def measure(
             kernels = [row.kernel_for(name) for row in here]
             needed = {stage for row in here for stage in row.stages_for(name)}
             stages = [stage for stage in STAGES if stage in needed]
+            prepare((*stages, *kernels), block.nodes)
             chunk = max(_LEAST_CHUNK, -(-len(block) // (4 * workers * LANES)) * LANES)
             for start in range(0, len(block), chunk):
                 stop = min(start + chunk, len(block))

@@ -10,7 +10,7 @@ something asks for it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import kernel
 
-__all__ = ["LANES", "Kernel", "Tables", "Tile", "run_kernels", "tile_kernel"]
+__all__ = ["LANES", "Kernel", "Tables", "Tile", "prepare", "run_kernels", "tile_kernel"]
 
 LANES = 64
 """Cells of a tile: enough to hide a function call, few enough for a hex tile to stay in the first-level cache."""
 
-_SLOTS = 48
+_SLOTS = 40
 """Kernels that one pass of the driver can take; a longer list takes several passes."""
 
 _SAFE_LOW, _SAFE_HIGH = 1e-60, 1e60
@@ -177,7 +177,7 @@ def _driver_signature(index: Any) -> Any:
     )
 
 
-@kernel([_driver_signature(types.int32), _driver_signature(types.int64)])
+@kernel
 def _run_tiles(tile, points, nodes, start, stop, kernels, columns, out):  # type: ignore[no-untyped-def]
     """Rows start to stop of one block: gather each tile, run every kernel on it, keep the columns asked for."""
     lane = np.empty(LANES)
@@ -193,6 +193,20 @@ def _run_tiles(tile, points, nodes, start, stop, kernels, columns, out):  # type
                     row[first + i] = lane[i] if finite[i] == 1.0 else np.nan
 
 
+def prepare(functions: Iterable[Kernel], nodes: NDArray[np.integer]) -> None:
+    """Compile these kernels, and the driver for this type of connectivity, unless that is done already.
+
+    Not thread-safe: call it before any thread calls `run_kernels`.
+    """
+    for function in (_nothing, *functions):
+        function.compile(_SIGNATURE)
+    signature = _driver_signature(types.int32 if nodes.dtype == np.int32 else types.int64)
+    if signature.args not in _run_tiles.overloads:
+        _run_tiles.disable_compile(False)
+        _run_tiles.compile(signature)
+        _run_tiles.disable_compile()  # or else a call would specialise on the very kernels it is given
+
+
 def run_kernels(
     type_name: str,
     points: NDArray[np.float64],
@@ -203,14 +217,12 @@ def run_kernels(
     metrics: Sequence[Kernel],
     out: NDArray[np.float64],
 ) -> None:
-    """Measure rows start to stop of a block of one linear type.
+    """Measure rows start to stop of a block of one linear type, after `prepare`.
 
     points (n, 3), nodes (cells, k): may be wider than the type's corners.  stages: run first, in this order.
     metrics: one row of out (len(metrics), cells) each.  A cell with a non-finite corner gets nan throughout.
     Releases the GIL; disjoint ranges may run in parallel.
     """
-    for function in (*stages, *metrics):
-        function.compile(_SIGNATURE)  # type: ignore[attr-defined]
     room = _SLOTS - len(stages)
     tile = _new_tile(type_name)
     for begin in range(0, len(metrics), room):

@@ -1,0 +1,38 @@
+"""Checks: what is wrong with a mesh as such, found without a threshold that anyone could argue about.
+
+A check is one function and one row in the `ROWS` of its file; `CHECKS` strings the files together. Adding one means
+writing both, and nothing else.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from meshwright.audit.findings import degenerate, handedness, inversion, points, zones
+from meshwright.audit.findings.facts import NEEDS, Facts
+from meshwright.audit.findings.finding import Check, Finding
+from meshwright.audit.findings.sides import face_handedness
+from meshwright.audit.findings.zones import census
+from meshwright.audit.mesh import Mesh
+
+if TYPE_CHECKING:
+    from meshwright.audit.measure import Measured
+
+__all__ = ["CHECKS", "Check", "Finding", "census", "face_handedness", "run_checks"]
+
+CHECKS: dict[str, Check] = {
+    check.code: check for family in (points, degenerate, inversion, handedness, zones) for check in family.ROWS
+}
+"""Every check by its code, in the order in which findings are listed within a severity."""
+
+_ORDER = ("error", "warning", "info")
+
+
+def run_checks(mesh: Mesh, measured: Measured | None = None) -> tuple[Finding, ...]:
+    """What the checks have to say, errors first. A sound mesh gets no errors and no warnings.
+
+    measured: metric values for checks that can use them.
+    """
+    facts = Facts(mesh, measured)
+    found = (check.run(facts) for check in CHECKS.values() if all(NEEDS[word](facts) for word in check.needs))
+    return tuple(sorted((f for f in found if f is not None), key=lambda finding: _ORDER.index(finding.severity)))

@@ -1,0 +1,200 @@
+"""Which faces are left-handed, and which cells have such a face.
+
+A face is right-handed when its normal leads away from the centre of its owner and towards that of its neighbour:
+A.(c_f - C_owner) > 0 and A.(C_neighbour - c_f) > 0. Boundary faces have the first half only. The sign of a cell's
+volume alone cannot tell: file formats disagree about the order of a wedge's nodes, and a reversed face hides in a
+cell whose volume stays positive.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshwright.audit.cache import once_per_mesh
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.connectivity import duplicate_cells, faces, nodes_of_cells
+from meshwright.audit.findings.polycells import face_vector
+from meshwright.audit.findings.shapes import cell_shapes
+from meshwright.audit.jit import kernel
+from meshwright.audit.mesh import Ints, Mesh, index_array
+
+__all__ = [
+    "BOTH",
+    "FROM_NEIGHBOUR",
+    "FROM_OWNER",
+    "Sides",
+    "face_handedness",
+    "face_sides",
+    "inconsistent_edges",
+    "left_handed_cells",
+]
+
+FROM_OWNER, FROM_NEIGHBOUR, BOTH = 1, 2, 3
+"""Bits of `Sides.faults`."""
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """faults (f,): bit 1 where the normal does not leave the owner, bit 2 where it does not lead to the neighbour.
+
+    openness (n_cells,): |sum A| / sum |A| over the faces of a cell, in a mesh that brings its own faces; faces at
+    fault on both sides are turned first, since they are reversed and not missing. Empty otherwise: the faces of a cell
+    of fixed type close by construction.
+    """
+
+    faults: NDArray[np.uint8]
+    openness: Floats
+
+
+@once_per_mesh
+def face_sides(mesh: Mesh) -> Sides:
+    """Judge every face of a solid or flat mesh against the centres of its cells. Cells without size judge nothing."""
+    found = faces(mesh)
+    shapes = cell_shapes(mesh)
+    judge = ~shapes.flat & np.isfinite(shapes.relative)
+    own = mesh.faces is not None
+    total = np.zeros((mesh.n_cells if own else 0, 4))
+    flat = mesh.dimension == 2
+    size = float(np.max(np.abs(mesh.points), where=np.isfinite(mesh.points), initial=0.0))
+    # a power of two that keeps products of three lengths in range, whatever the unit of the file
+    scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else math.ldexp(1.0, -max(min(math.frexp(size)[1], 1020), -1020))
+    table = (found.offsets, found.nodes, found.owner, found.neighbour)
+    faults = _judge(mesh.points, *table, shapes.centre, judge, flat, own, scale, total)
+    return Sides(faults, _openness(total))
+
+
+@kernel
+def _judge(
+    points: Floats,
+    offsets: Ints,
+    nodes: Ints,
+    owner: Ints,
+    neighbour: Ints,
+    centre: Floats,
+    judge: NDArray[np.bool_],
+    flat: bool,
+    own: bool,
+    scale: float,
+    total: Floats,
+) -> NDArray[np.uint8]:
+    faults = np.zeros(owner.size, np.uint8)
+    for f in range(owner.size):
+        first, last = offsets[f], offsets[f + 1]
+        p = nodes[first]
+        ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
+        if flat:
+            q = nodes[last - 1]
+            cx, cy, cz = 0.5 * scale * (points[q, 0] - ox), 0.5 * scale * (points[q, 1] - oy), 0.0
+            ax, ay, az = 2.0 * cy, -2.0 * cx, 0.0
+        else:
+            ax, ay, az, cx, cy, cz, _ = face_vector(points, nodes, first, last, ox, oy, oz, scale)
+        c, b = owner[f], neighbour[f]
+        fault = 0
+        looks = ax != 0.0 or ay != 0.0 or az != 0.0  # a face without area looks nowhere
+        if looks and judge[c]:
+            dx = cx + scale * (ox - centre[c, 0])
+            dy = cy + scale * (oy - centre[c, 1])
+            dz = cz + scale * (oz - centre[c, 2])
+            if not ax * dx + ay * dy + az * dz > 0.0:
+                fault |= FROM_OWNER
+        if looks and b >= 0 and judge[b]:
+            dx = cx + scale * (ox - centre[b, 0])
+            dy = cy + scale * (oy - centre[b, 1])
+            dz = cz + scale * (oz - centre[b, 2])
+            if not ax * dx + ay * dy + az * dz < 0.0:
+                fault |= FROM_NEIGHBOUR
+        faults[f] = fault
+        if own:
+            both = FROM_OWNER if b < 0 else BOTH
+            sign = -1.0 if fault == both else 1.0
+            size = np.sqrt(ax * ax + ay * ay + az * az)
+            total[c, 0] += sign * ax
+            total[c, 1] += sign * ay
+            total[c, 2] += sign * az
+            total[c, 3] += size
+            if b >= 0:
+                total[b, 0] -= sign * ax
+                total[b, 1] -= sign * ay
+                total[b, 2] -= sign * az
+                total[b, 3] += size
+    return faults
+
+
+@kernel
+def _openness(total: Floats) -> Floats:
+    out = np.empty(total.shape[0])
+    for c in range(out.size):
+        size = total[c, 3]
+        x, y, z = total[c, 0] / size, total[c, 1] / size, total[c, 2] / size
+        out[c] = np.sqrt(x * x + y * y + z * z)
+    return out
+
+
+def face_handedness(mesh: Mesh) -> tuple[NDArray[np.bool_], NDArray[np.uint8]]:
+    """(left-handed (f,) per face of `connectivity.faces`, flag (n_cells,) 1 for a cell with a left-handed face).
+
+    Faces that the file brings along are judged as it turns them, and flag the cells they fail. Derived faces are
+    judged as their owner turns them; a cell is flagged by its own node order, so that a reversed cell is flagged
+    and its neighbours are not, whichever of them the face was derived from. Surface meshes have no sides: nothing
+    is flagged.
+    """
+    if mesh.dimension == 3 and mesh.cell_dimension == 2:
+        return np.zeros(len(faces(mesh)), dtype=bool), np.zeros(mesh.n_cells, dtype=np.uint8)
+    faults = face_sides(mesh).faults
+    return faults != 0, left_handed_cells(mesh).astype(np.uint8)
+
+
+def left_handed_cells(mesh: Mesh) -> NDArray[np.bool_]:
+    """(n_cells,) the flag of `face_handedness`."""
+    found, faults, shapes = faces(mesh), face_sides(mesh).faults, cell_shapes(mesh)
+    inside = found.neighbour >= 0
+    if mesh.faces is not None:
+        flags = np.zeros(mesh.n_cells, dtype=bool)
+        flags[found.owner[faults & FROM_OWNER != 0]] = True
+        flags[found.neighbour[inside & (faults & FROM_NEIGHBOUR != 0)]] = True
+        return flags
+    flags = shapes.turned & ~shapes.flat
+    # Two cells, sound in themselves, on one side of the face between them: they lie over each other.
+    over = np.flatnonzero(inside & (faults == FROM_NEIGHBOUR))
+    over = over[~flags[found.owner[over]] & ~flags[found.neighbour[over]]]
+    if len(over):  # the same cell twice is for another check
+        twice = np.zeros(mesh.n_cells, dtype=bool)
+        twice[duplicate_cells(mesh)] = True
+        over = over[~(twice[found.owner[over]] & twice[found.neighbour[over]])]
+    flags[found.owner[over]] = True
+    flags[found.neighbour[over]] = True
+    return flags
+
+
+def inconsistent_edges(mesh: Mesh) -> Ints:
+    """Rows of the edges of a surface mesh that both their cells traverse in the same direction."""
+    found = faces(mesh)
+    offsets, nodes = nodes_of_cells(mesh)
+    corners = np.diff(offsets)
+    for block in mesh.blocks:
+        if block.items is None:
+            corners[block.rows] = CELL_TYPES[block.type].n_corners
+    return index_array(np.flatnonzero(_same_way(found.nodes, found.neighbour, offsets, nodes, corners)))
+
+
+@kernel
+def _same_way(edge_nodes: Ints, neighbour: Ints, offsets: Ints, nodes: Ints, corners: Ints) -> NDArray[np.bool_]:
+    out = np.zeros(neighbour.size, np.bool_)
+    for e in range(neighbour.size):
+        c = neighbour[e]
+        if c < 0:
+            continue
+        a, b = edge_nodes[2 * e], edge_nodes[2 * e + 1]
+        p = nodes[offsets[c] + corners[c] - 1]
+        for i in range(corners[c]):
+            q = nodes[offsets[c] + i]
+            if p == a and q == b:
+                out[e] = True
+            p = q
+    return out

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 __all__ = ["CELL_TYPES", "LINEAR_TYPES", "ORDER_OF_TYPES", "CellType", "cell_type"]
 
 Table = NDArray[np.int64]
+Rows = tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -39,10 +41,10 @@ class CellType:
     meshio: str
     order: int = 1
     corners: str = ""
-    edges: tuple[tuple[int, int], ...] = ()
-    faces: tuple[tuple[int, ...], ...] = ()
-    triads: tuple[tuple[int, int, int, int], ...] = ()
-    diagonals: tuple[tuple[int, int], ...] = ()
+    edges: Rows = ()
+    faces: Rows = ()
+    triads: Rows = ()
+    diagonals: Rows = ()
     mid_edges: tuple[int, ...] = field(default=())
 
     @cached_property
@@ -76,25 +78,25 @@ class CellType:
         return CELL_TYPES[self.corners].n_nodes
 
 
-def _rows(text: str) -> tuple[tuple[int, ...], ...]:
+def _rows(text: str) -> Rows:
     """'01 12 20' -> ((0, 1), (1, 2), (2, 0)), the notation of the reference tables."""
     return tuple(tuple(int(c) for c in word) for word in text.split())
 
 
-_TRI = dict(edges=_rows("01 12 20"), faces=_rows("012"))
-_QUAD = dict(edges=_rows("01 12 23 30"), faces=_rows("0123"), diagonals=_rows("02 13"))
-_TET = dict(edges=_rows("01 12 20 03 13 23"), faces=_rows("021 013 123 032"), triads=_rows("0123"))
-_PYRAMID = dict(
+_TRI: dict[str, Any] = dict(edges=_rows("01 12 20"), faces=_rows("012"))
+_QUAD: dict[str, Any] = dict(edges=_rows("01 12 23 30"), faces=_rows("0123"), diagonals=_rows("02 13"))
+_TET: dict[str, Any] = dict(edges=_rows("01 12 20 03 13 23"), faces=_rows("021 013 123 032"), triads=_rows("0123"))
+_PYRAMID: dict[str, Any] = dict(
     edges=_rows("01 12 23 30 04 14 24 34"),
     faces=_rows("0321 014 124 234 304"),
     triads=_rows("0134 1204 2314 3024"),
 )
-_WEDGE = dict(
+_WEDGE: dict[str, Any] = dict(
     edges=_rows("01 12 20 34 45 53 03 14 25"),
     faces=_rows("021 345 0143 1254 2035"),
     triads=_rows("0123 1204 2015 3540 4351 5432"),
 )
-_HEX = dict(
+_HEX: dict[str, Any] = dict(
     edges=_rows("01 12 23 30 45 56 67 74 04 15 26 37"),
     faces=_rows("0321 4567 0154 1265 2376 3047"),
     triads=_rows("0134 1205 2316 3027 4750 5461 6572 7643"),

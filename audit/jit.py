@@ -52,7 +52,7 @@ def _use_cache_folder() -> None:
         old = sorted((p for p in folder.parent.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime)
         for stale in old[:-_KEPT_CACHES]:
             shutil.rmtree(stale, ignore_errors=True)
-    config.CACHE_DIR = str(folder)
+    config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
 
 
 _use_cache_folder()

@@ -271,8 +271,8 @@ def _check_offsets(what: str, offsets: Ints, n: int, n_items: int, least: int) -
         raise MeshError(f"every {what} needs at least {least} items")
 
 
-def _check_range(what: str, values: Ints, end: int, least: int = 0) -> None:
-    if not values.size:
+def _check_range(what: str, values: Ints | None, end: int, least: int = 0) -> None:
+    if values is None or not values.size:
         return
     low, high = int(values.min()), int(values.max())
     if low < least or high >= end:

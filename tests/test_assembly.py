@@ -153,7 +153,7 @@ def test_one_wrong_node_in_one_face_is_never_overlooked(name):
         for at in range(len(nodes)):
             faces = reference(name)
             faces[wrong] = ((*nodes[:at], 99, *nodes[at + 1 :]), 0, -1)
-            with pytest.raises(AssemblyError, match="every edge in exactly 2 of its faces, found edge .* in 1"):
+            with pytest.raises(AssemblyError, match=r"every edge in exactly 2 of its faces, found edge .* in 1"):
                 blocks_from_faces(*arrays(faces), 1, 3)
 
 

@@ -10,7 +10,7 @@ something asks for it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,8 @@ _SLOTS = 40
 _SAFE_LOW, _SAFE_HIGH = 1e-60, 1e60
 """Cell extents between which no product of five lengths can under- or overflow."""
 
-Kernel = Callable[..., Any]
+Kernel = Any
+"""A compiled function; numba publishes no type for one."""
 
 
 class Tables(NamedTuple):

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from meshwright.audit.measure import Measured, measure
+    from meshwright.audit.measurement import Measured, measure
     from meshwright.audit.mesh import Mesh
     from meshwright.audit.metrics import METRICS
     from meshwright.audit.readers import read
@@ -20,10 +18,10 @@ __all__ = ["METRICS", "Audit", "Measured", "Mesh", "audit", "measure", "read", "
 _HOME = {
     "METRICS": "metrics",
     "Audit": "run",
-    "Measured": "measure",
+    "Measured": "measurement",
     "Mesh": "mesh",
     "audit": "run",
-    "measure": "measure",
+    "measure": "measurement",
     "read": "readers",
     "summarise": "summary",
 }
@@ -37,18 +35,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted(__all__)
-
-
-class _Package(ModuleType):
-    """Keeps a public name what it says although a submodule has the same name (`measure`).
-
-    Importing a submodule sets it as an attribute of its package; here the object of that name takes its place.
-    """
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name in _HOME and isinstance(value, ModuleType):
-            value = getattr(value, name)
-        super().__setattr__(name, value)
-
-
-sys.modules[__name__].__class__ = _Package

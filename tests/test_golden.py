@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from meshwright.audit.measure import measure
+from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import METRICS
 

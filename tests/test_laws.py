@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES
-from meshwright.audit.measure import measure
+from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import METRICS
 

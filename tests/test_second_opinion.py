@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.measure import measure
+from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import CellBlock, Mesh
 
 vtk = pytest.importorskip("vtk", reason="VTK is not installed: pip install 'meshwright[oracles]'")

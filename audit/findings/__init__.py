@@ -16,7 +16,7 @@ from meshwright.audit.findings.zones import census
 from meshwright.audit.mesh import Mesh
 
 if TYPE_CHECKING:
-    from meshwright.audit.measure import Measured
+    from meshwright.audit.measurement import Measured
 
 __all__ = ["CHECKS", "Check", "Finding", "census", "face_handedness", "run_checks"]
 

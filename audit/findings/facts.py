@@ -18,7 +18,7 @@ from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh, index_array
 from meshwright.audit.sets import hash_rows
 
 if TYPE_CHECKING:
-    from meshwright.audit.measure import Measured
+    from meshwright.audit.measurement import Measured
 
 __all__ = ["HANDFUL", "NEEDS", "Facts"]
 

@@ -93,7 +93,7 @@ def tet_aspect(tile: Tile, out: Lane) -> None:
     tet_radii(tile, radius, surface)
     tet_volume(tile, size)
     for i in range(LANES):
-        out[i] = radius[i] * surface[i] / (108.0 * size[i] * size[i])
+        out[i] = radius[i] * surface[i] / (108.0 * size[i] * size[i]) if size[i] != 0.0 else np.inf
 
 
 @tile_kernel

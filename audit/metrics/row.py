@@ -11,7 +11,7 @@ from meshwright.audit.metrics.tile import Kernel
 __all__ = ["Metric"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Metric:
     """One row of the registry.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import os
-import shutil
 import sys
 import tempfile
 from collections.abc import Callable
@@ -19,6 +18,7 @@ from meshwright.audit.readers.source import DEFAULT_LIMIT, Source, open_source
 __all__ = ["FORMATS", "Format", "guess_format", "read"]
 
 Progress = Callable[[str], None]
+_CHUNK = 1 << 20
 _BY_NAME = {row.name: row for row in FORMATS}
 
 
@@ -90,25 +90,16 @@ def _standard_input() -> Source:
     with tempfile.TemporaryDirectory(prefix="meshwright-") as folder:
         path = Path(folder) / "standard-input"
         with path.open("wb") as file:
-            shutil.copyfileobj(_Capped(), file, 1 << 20)
+            left = DEFAULT_LIMIT
+            while data := sys.stdin.buffer.read(_CHUNK):
+                left -= len(data)
+                if left < 0:
+                    raise ReadError("-", "", f"at most {DEFAULT_LIMIT} bytes", "more")
+                file.write(data)
         try:
             return replace(open_source(path), path="-")
         except ReadError as error:
             raise ReadError("-", error.place, error.expected, error.found) from error
-
-
-class _Capped:
-    """Standard input, as long as it stays within the size any file may have."""
-
-    def __init__(self) -> None:
-        self._left = DEFAULT_LIMIT
-
-    def read(self, n: int) -> bytes:
-        data = sys.stdin.buffer.read(n)
-        self._left -= len(data)
-        if self._left < 0:
-            raise ReadError("-", "", f"at most {DEFAULT_LIMIT} bytes", "more")
-        return data
 
 
 def _checked(name: str, row: Format, mesh: Mesh) -> Mesh:

@@ -1,0 +1,272 @@
+"""`summarise`: an audit as one plain dictionary, the JSON document `meshwright.audit/1`. All outputs are made of it."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.errors import UsageError, printable
+from meshwright.audit.findings import Finding
+from meshwright.audit.fingerprint import fingerprint
+from meshwright.audit.measurement import Measured, clamp
+from meshwright.audit.mesh import CellBlock, Mesh
+from meshwright.audit.metrics import METRICS
+from meshwright.audit.run import Audit
+from meshwright.audit.statistics import PERCENTILES, statistics, worst_first
+from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate
+
+__all__ = ["SCHEMA", "Summary", "cells_of_zones", "summarise"]
+
+SCHEMA = "meshwright.audit/1"
+Summary = dict[str, Any]
+
+_MOST_IDS = 100
+
+Mask = NDArray[np.bool_]
+
+
+def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256: str | None = None) -> Summary:
+    """The document of an audit, ready for `json.dumps`: inf and nan are strings, values clamped to their range.
+
+    zone: count only the cells of cell zones whose name matches this pattern (`*`, `?`, `[...]`); UsageError when
+    none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
+    worst cells.  sha256: of the file; computed from `mesh.path` when None.
+
+    The verdict (`gate`): "fail" when a check reports an error; else "incomplete" when a cell could not be measured
+    (no chosen metric is defined for its type, or a value is undefined); else "warn" for warnings; else "pass".
+    """
+    mesh, measured = audit.mesh, audit.measured
+    chosen = None if zone is None else cells_of_zones(mesh, zone)
+    tables = tabulate(measured, chosen)
+    if sha256 is None and mesh.path:
+        sha256 = fingerprint(mesh.path)
+    findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]
+    metrics = _metrics(measured, audit.chosen, chosen, worst)
+    document: Summary = {
+        "schema": SCHEMA,
+        "version": version("meshwright"),
+        "mesh": _mesh(mesh, sha256),
+        "zones": [
+            {"name": _text(z.name), "kind": z.kind, "role": z.role, "entity": z.entity, "count": len(z.members)}
+            for z in mesh.zones
+        ],
+        "selection": None if chosen is None else {"zone": zone, "cells": int(np.count_nonzero(chosen))},
+        **_table_keys(tables, mesh, 0),
+        "metrics": metrics,
+        "definitions": {key: _definition(key) for key in audit.chosen},
+        "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
+        "findings": findings,
+        "gate": _gate(tables, metrics, findings),
+        "notes": [_text(note) for note in mesh.notes],
+    }
+    if audit.surface is not None:
+        shell = audit.surface
+        document["surface"] = {
+            "cells": shell.mesh.counts,
+            **_table_keys(tabulate(shell), shell.mesh, 0),
+            "metrics": _metrics(shell, audit.chosen, None, worst),
+        }
+    return document
+
+
+def cells_of_zones(mesh: Mesh, pattern: str) -> Mask:
+    """(n_cells,) cells in a cell zone whose name matches the pattern; UsageError when no zone does."""
+    matching = [zone for zone in mesh.cell_zones if fnmatch.fnmatchcase(zone.name, pattern)]
+    if not matching:
+        names = ", ".join(printable(zone.name, 40) for zone in mesh.cell_zones[:20]) or "none"
+        raise UsageError(f"no cell zone matches {printable(pattern)!r}; cell zones of this mesh: {names}")
+    mask = np.zeros(mesh.n_cells, dtype=bool)
+    for zone in matching:
+        mask[zone.members] = True
+    return mask
+
+
+def _plain(value: float) -> float | str:
+    """A number as JSON holds it: what JSON lacks is spelled."""
+    if math.isnan(value):
+        return "nan"
+    if math.isinf(value):
+        return "inf" if value > 0 else "-inf"
+    return float(value)
+
+
+def _text(text: str) -> str:
+    """A name that can be written as UTF-8, whatever bytes it came from."""
+    return text.encode("utf-8", "replace").decode("utf-8")
+
+
+def _mesh(mesh: Mesh, sha256: str | None) -> dict[str, Any]:
+    finite = mesh.points[np.isfinite(mesh.points).all(axis=1)] if mesh.n_nonfinite else mesh.points
+    return {
+        "path": _text(mesh.path),
+        "format": mesh.format,
+        "sha256": sha256,
+        "dimension": mesh.dimension,
+        "order": mesh.order,
+        "points": len(mesh.points),
+        "cells": mesh.counts,
+        "bounds": [finite.min(axis=0).tolist(), finite.max(axis=0).tolist()] if len(finite) else None,
+    }
+
+
+def _table_keys(tables: Tables, mesh: Mesh, group: int) -> dict[str, Any]:
+    """The tables of one group: "quality", "distributions" and "gambit_classes"."""
+    kinds = [k for k in range(len(tables.types)) if tables.cells[group, k]]
+    quality = []
+    for k in kinds:
+        known = tables.measured[group, k] > 0
+        quality.append(
+            {
+                "type": tables.types[k],
+                "count": int(tables.cells[group, k]),
+                "worst_equiangle_skew": float(tables.worst[group, k]) if known else None,
+                "share_over_0_8": tables.share_over(group, k) if known else None,
+                "over_0_8": int(tables.over[group, k]) if tables.skew.defined[k] else None,
+            }
+        )
+    distributions = {}
+    for binning in BINNINGS:
+        tally = tables.distributions[binning.id]
+        defined = [k for k in kinds if tally.defined[k]]
+        distributions[binning.id] = {
+            "fluent": [_plain(edge) for edge in binning.edges],
+            "icem": list(binning.mirrored),
+            "counts": {tables.types[k]: tally.counts[group, k].tolist() for k in defined},
+            "undefined": {tables.types[k]: int(tally.undefined[group, k]) for k in defined},
+        }
+    mean = tables.mean(group)
+    return {
+        "quality": quality,
+        "distributions": distributions,
+        "gambit_classes": {
+            "classes": [{"name": c.name, "range": c.range} for c in GAMBIT_CLASSES],
+            "counts": {tables.types[k]: tables.classes[group, k].tolist() for k in kinds if tables.skew.defined[k]},
+            "mean": None if math.isnan(mean) else mean,
+            "hint": MEAN_HINTS[mesh.cell_dimension],
+        },
+    }
+
+
+def _zone_table(tables: Tables, mesh: Mesh, group: int) -> dict[str, Any]:
+    index = tables.groups[group].zone
+    zone = mesh.cell_zones[index] if index is not None and index >= 0 else None
+    return {
+        "zone": None if zone is None else _text(zone.name),
+        "kind": "" if zone is None else zone.kind,
+        "role": "" if zone is None else zone.role,
+        "count": int(tables.cells[group].sum()),
+        **_table_keys(tables, mesh, group),
+    }
+
+
+def _definition(key: str) -> dict[str, Any]:
+    metric = METRICS[key]
+    return {
+        "title": metric.title,
+        "unit": metric.unit,
+        "low": _plain(metric.low),
+        "high": _plain(metric.high),
+        "best": metric.best,
+    }
+
+
+def _metrics(measured: Measured, ids: tuple[str, ...], chosen: Mask | None, n_worst: int) -> dict[str, Any]:
+    mesh = measured.mesh
+    zone_index = mesh.cell_zone_index()
+    found: dict[str, Any] = {}
+    for key in ids:
+        metric = METRICS[key]
+        found[key] = {}
+        for name, raw in measured.values[key].items():
+            block = mesh.block(name)
+            places = np.arange(len(block)) if chosen is None else np.flatnonzero(chosen[block.rows])
+            if not len(places):
+                continue
+            values = clamp(metric, raw if chosen is None else raw[places])
+            figures = statistics(values)
+            listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
+            found[key][name] = {
+                "count": figures.count,
+                "undefined": figures.undefined,
+                "min": _plain(figures.min),
+                "max": _plain(figures.max),
+                "mean": _plain(figures.mean),
+                **{f"p{p}": _plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
+                "worst": [
+                    _worst_cell(mesh, block, int(places[at]), float(values[at]), zone_index) for at in listed.tolist()
+                ],
+            }
+    return found
+
+
+def _worst_cell(
+    mesh: Mesh, block: CellBlock, place: int, value: float, zone_index: NDArray[np.integer]
+) -> dict[str, Any]:
+    row = int(block.rows[place])
+    zone = int(zone_index[row])
+    return {
+        "cell": int(mesh.ids_of_cells(row)),
+        "value": _plain(value),
+        "zone": None if zone < 0 else _text(mesh.cell_zones[zone].name),
+        "centroid": [_plain(x) for x in _centroid(mesh, block, place)],
+    }
+
+
+def _centroid(mesh: Mesh, block: CellBlock, place: int) -> list[float]:
+    """Mean of the corners, which exists for a cell of any shape, collapsed ones too."""
+    if block.offsets is None or block.items is None:
+        nodes = block.nodes[place][: CELL_TYPES[block.type].n_corners]
+    else:
+        nodes = block.items[block.offsets[place] : block.offsets[place + 1]]
+        if block.type == "polyhedron" and mesh.faces is not None:
+            faces = mesh.faces
+            nodes = np.unique(
+                np.concatenate([faces.nodes[faces.offsets[face] : faces.offsets[face + 1]] for face in nodes])
+            )
+    with np.errstate(invalid="ignore", over="ignore"):
+        return mesh.points[nodes].mean(axis=0).tolist()
+
+
+def _touches(finding: Finding, chosen: Mask) -> bool:
+    """Whether a finding concerns the chosen cells; those about other entities concern the whole mesh."""
+    return finding.entity != "cell" or bool(chosen[finding.rows].any())
+
+
+def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
+    return {
+        "code": finding.code,
+        "severity": finding.severity,
+        "count": finding.count,
+        "entity": finding.entity,
+        "ids": finding.ids(mesh)[:_MOST_IDS].tolist(),
+        "message": _text(finding.message),
+    }
+
+
+def _gate(tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, Any]:
+    """No rules yet: the verdict follows the findings and what could not be measured."""
+    reasons = []
+    for k, name in enumerate(tables.types):
+        n = int(tables.cells[0, k])
+        if n and not any(name in of_type for of_type in metrics.values()):
+            reasons.append(
+                f"{n} {CELL_TYPES[name].title} cells were not measured: no chosen metric is defined for them"
+            )
+    for key, of_type in metrics.items():
+        undefined = sum(figures["undefined"] for figures in of_type.values())
+        if undefined:
+            reasons.append(f"{key} is undefined for {undefined} cells")
+    severities = {finding["severity"] for finding in findings}
+    if "error" in severities:
+        verdict = "fail"
+    elif reasons:
+        verdict = "incomplete"
+    else:
+        verdict = "warn" if "warning" in severities else "pass"
+    return {"profile": None, "verdict": verdict, "rules": [], "reasons": reasons}

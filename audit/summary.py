@@ -38,8 +38,8 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
     none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
     worst cells.  sha256: of the file; computed from `mesh.path` when None.
 
-    The verdict (`gate`): "fail" when a check reports an error; else "incomplete" when a cell could not be measured
-    (no chosen metric is defined for its type, or a value is undefined); else "warn" for warnings; else "pass".
+    The verdict (`gate`): "fail" when a check reports an error; else "incomplete" when no chosen metric is defined for
+    the type of some cell; else "warn" for warnings and for values that are undefined; else "pass".
     """
     mesh, measured = audit.mesh, audit.measured
     chosen = None if zone is None else cells_of_zones(mesh, zone)
@@ -251,22 +251,22 @@ def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
 
 def _gate(tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, Any]:
     """No rules yet: the verdict follows the findings and what could not be measured."""
-    reasons = []
+    unmeasured = []
     for k, name in enumerate(tables.types):
         n = int(tables.cells[0, k])
         if n and not any(name in of_type for of_type in metrics.values()):
-            reasons.append(
-                f"{n} {CELL_TYPES[name].title} cells were not measured: no chosen metric is defined for them"
-            )
+            unmeasured.append(f"{n:,} {CELL_TYPES[name].title} cells: no chosen metric is defined for them")
+    undefined = []
     for key, of_type in metrics.items():
-        undefined = sum(figures["undefined"] for figures in of_type.values())
-        if undefined:
-            reasons.append(f"{key} is undefined for {undefined} cells")
+        n = sum(figures["undefined"] for figures in of_type.values())
+        if n:
+            undefined.append(f"{key} has no value on {n:,} {'cell' if n == 1 else 'cells'}")
     severities = {finding["severity"] for finding in findings}
     if "error" in severities:
         verdict = "fail"
-    elif reasons:
+    elif unmeasured:
         verdict = "incomplete"
     else:
-        verdict = "warn" if "warning" in severities else "pass"
+        verdict = "warn" if undefined or "warning" in severities else "pass"
+    reasons = [*unmeasured, *undefined]
     return {"profile": None, "verdict": verdict, "rules": [], "reasons": reasons}

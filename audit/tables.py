@@ -41,7 +41,8 @@ MEAN_HINTS = {2: 0.1, 3: 0.4}
 """Mean equi-angle skew of a high-quality mesh, by cell dimension (GAMBIT)."""
 
 _TYPE_ORDER = ("hex", "tet", "wedge", "pyramid", "polyhedron", "quad", "tri", "polygon")
-_UPPER = (0.0, 0.25, 0.5, 0.75, 0.9)
+ROUNDING = 1e-9
+_UPPER = (ROUNDING, 0.25, 0.5, 0.75, 0.9)
 
 Counts = NDArray[np.int64]
 Floats = NDArray[np.float64]
@@ -95,8 +96,8 @@ BINNINGS = (
         "aspect_ratio",
         "Aspect ratio distribution",
         ASPECT,
-        # 1/(1 - k/10) in double precision, as published: the last two edges lie one unit above 5 and 10.
-        (*(1 / (1 - k / 10) for k in range(10)), math.inf),
+        # 10/(10 - k), not 1/(1 - k/10): that lies one unit above 5 and 10 and would put a 5:1 box below 5.
+        (*(10 / (10 - k) for k in range(10)), math.inf),
         _TENTHS_DOWN,
         ("AR (>=1)", "1/AR"),
         (
@@ -126,7 +127,10 @@ GAMBIT_CLASSES = (
     GambitClass("very poor (sliver)", "0.9 < Q < 1"),
     GambitClass("degenerate", "1"),
 )
-"""GAMBIT's words for equi-angle skew. The printed table leaves 0.25, 0.5, ... in no class; here they end one."""
+"""GAMBIT's words for equi-angle skew. The printed table leaves 0.25, 0.5, ... in no class; here they end one.
+
+A skew up to `ROUNDING` counts as 0: a perfect cell away from the origin scores the rounding of its coordinates.
+"""
 
 
 def _gambit_index(values: Floats) -> NDArray[np.int8]:

@@ -32,12 +32,7 @@ __all__ = [
 def _longest_edge(tile: Tile, out: Lane) -> None:
     """Square of the longest edge, never 0, so that a cell without size gets 0 and not nan."""
     for i in range(LANES):
-        out[i] = tile.edge2[0, i]
-    for r in range(1, len(tile.edge2)):
-        for i in range(LANES):
-            out[i] = max(out[i], tile.edge2[r, i])
-    for i in range(LANES):
-        out[i] = out[i] if out[i] > 0.0 else 1.0
+        out[i] = tile.edge_range[1, i] if tile.edge_range[1, i] > 0.0 else 1.0
 
 
 @tile_kernel
@@ -69,10 +64,7 @@ def relative_area(tile: Tile, out: Lane) -> None:
 def shortest_edge(tile: Tile, out: Lane) -> None:
     """Square of the shortest edge, in the tile's own unit: only good for telling 0."""
     for i in range(LANES):
-        out[i] = tile.edge2[0, i]
-    for r in range(1, len(tile.edge2)):
-        for i in range(LANES):
-            out[i] = min(out[i], tile.edge2[r, i])
+        out[i] = tile.edge_range[0, i]
 
 
 @tile_kernel

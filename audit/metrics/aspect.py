@@ -79,9 +79,7 @@ def tet_radii(tile, radius, surface):  # type: ignore[no-untyped-def]
 def tet_volume(tile, out):  # type: ignore[no-untyped-def]
     """Signed volume, 0 when the tet is flat."""
     for i in range(LANES):
-        longest2 = tile.edge2[0, i]
-        for r in range(1, 6):
-            longest2 = max(longest2, tile.edge2[r, i])
+        longest2 = tile.edge_range[1, i]
         v = tile.volume[i]
         out[i] = v if abs(v) >= FLAT * longest2 * math.sqrt(longest2) else 0.0
 
@@ -146,7 +144,7 @@ def worst_face_aspect(tile: Tile, out: Lane) -> None:
 def icem_triangle_aspect(tile: Tile, out: Lane) -> None:
     """Area over the area of the equilateral triangle on the longest edge."""
     for i in range(LANES):
-        longest2 = max(tile.edge2[0, i], tile.edge2[1, i], tile.edge2[2, i])
+        longest2 = tile.edge_range[1, i]
         out[i] = 2.0 * _twice_area(tile, 0, 1, 2, i) / (math.sqrt(3.0) * longest2) if longest2 > 0.0 else 0.0
 
 

@@ -8,42 +8,16 @@ import numpy as np
 
 from meshwright.audit.cells import LINEAR_TYPES
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.metrics.stages import Lane, edges
+from meshwright.audit.metrics.stages import Lane, diagonals, edges
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
-__all__ = ["ROWS", "diagonal_extremes", "edge_extremes"]
-
-
-@tile_kernel
-def edge_extremes(tile, low, high):  # type: ignore[no-untyped-def]
-    """Squared lengths of the shortest and longest edge."""
-    for i in range(LANES):
-        low[i], high[i] = tile.edge2[0, i], tile.edge2[0, i]
-    for r in range(1, len(tile.edge2)):
-        for i in range(LANES):
-            low[i] = min(low[i], tile.edge2[r, i])
-            high[i] = max(high[i], tile.edge2[r, i])
-
-
-@tile_kernel
-def diagonal_extremes(tile, low, high):  # type: ignore[no-untyped-def]
-    """Squared lengths of the shortest and longest diagonal."""
-    table, x = tile.tables.diagonals, tile.x
-    for i in range(LANES):
-        low[i], high[i] = np.inf, 0.0
-    for r in range(len(table)):
-        a, b = table[r, 0], table[r, 1]
-        for i in range(LANES):
-            d = (x[b, 0, i] - x[a, 0, i]) ** 2 + (x[b, 1, i] - x[a, 1, i]) ** 2 + (x[b, 2, i] - x[a, 2, i]) ** 2
-            low[i] = min(low[i], d)
-            high[i] = max(high[i], d)
+__all__ = ["ROWS"]
 
 
 @tile_kernel
 def edge_ratio(tile: Tile, out: Lane) -> None:
     """Longest over shortest edge."""
-    low, high = tile.work[0], tile.work[1]
-    edge_extremes(tile, low, high)
+    low, high = tile.edge_range[0], tile.edge_range[1]
     for i in range(LANES):
         out[i] = math.sqrt(high[i] / low[i]) if low[i] > 0.0 else np.inf
 
@@ -51,8 +25,7 @@ def edge_ratio(tile: Tile, out: Lane) -> None:
 @tile_kernel
 def edge_ratio_inverse(tile: Tile, out: Lane) -> None:
     """Shortest over longest edge."""
-    low, high = tile.work[0], tile.work[1]
-    edge_extremes(tile, low, high)
+    low, high = tile.edge_range[0], tile.edge_range[1]
     for i in range(LANES):
         out[i] = math.sqrt(low[i] / high[i]) if high[i] > 0.0 else 0.0
 
@@ -60,8 +33,7 @@ def edge_ratio_inverse(tile: Tile, out: Lane) -> None:
 @tile_kernel
 def diagonal_ratio(tile: Tile, out: Lane) -> None:
     """Longest over shortest diagonal."""
-    low, high = tile.work[0], tile.work[1]
-    diagonal_extremes(tile, low, high)
+    low, high = tile.diagonal_range[0], tile.diagonal_range[1]
     for i in range(LANES):
         out[i] = math.sqrt(high[i] / low[i]) if low[i] > 0.0 else np.inf
 
@@ -69,12 +41,10 @@ def diagonal_ratio(tile: Tile, out: Lane) -> None:
 @tile_kernel
 def stretch(tile: Tile, out: Lane) -> None:
     """1 - sqrt(K) shortest edge / longest diagonal; K = 2 for two diagonals, 3 for four."""
-    low, high, unused = tile.work[0], tile.work[1], tile.work[2]
-    edge_extremes(tile, low, unused)
-    diagonal_extremes(tile, unused, high)
+    edge, diagonal = tile.edge_range[0], tile.diagonal_range[1]
     k = 2.0 if len(tile.tables.diagonals) == 2 else 3.0
     for i in range(LANES):
-        out[i] = 1.0 - math.sqrt(k * low[i] / high[i]) if high[i] > 0.0 else 1.0
+        out[i] = 1.0 - math.sqrt(k * edge[i] / diagonal[i]) if diagonal[i] > 0.0 else 1.0
 
 
 ROWS = (
@@ -88,7 +58,7 @@ ROWS = (
         id="gambit.diagonal_ratio", title="Diagonal ratio", on=("quad", "hex"), unit="1", low=1.0, high=math.inf, best="low",
         ideal=1.0, degenerate=math.inf, systems=("GAMBIT: Diagonal Ratio", "Verdict: diagonal (as 1 / value)"),
         formula="longest / shortest of the 2 diagonals of a quad or the 4 body diagonals of a hex",
-        source="GAMBIT 2 User's Guide 3.4", stages=(), kernel=diagonal_ratio,
+        source="GAMBIT 2 User's Guide 3.4", stages=(diagonals,), kernel=diagonal_ratio,
     ),
     Metric(
         id="gambit.stretch", title="Stretch", on=("quad", "hex"), unit="1", low=0.0, high=1.0, best="low", ideal=0.0,
@@ -96,6 +66,6 @@ ROWS = (
         formula="1 - sqrt(K) shortest edge / longest diagonal, K = 2 for a quad, 3 for a hex",
         source="GAMBIT 2 User's Guide 3.4",
         caveat="Slightly below 0 on warped cells (-0.12 on a saddle); reports clamp it, --cells does not.",
-        stages=(edges,), kernel=stretch,
+        stages=(edges, diagonals), kernel=stretch,
     ),
 )  # fmt: skip

@@ -33,36 +33,21 @@ def signed_volume(tile: Tile, out: Lane) -> None:
 def shortest_edge(tile: Tile, out: Lane) -> None:
     """Length of the shortest edge."""
     for i in range(LANES):
-        out[i] = tile.edge2[0, i]
-    for r in range(1, len(tile.edge2)):
-        for i in range(LANES):
-            out[i] = min(out[i], tile.edge2[r, i])
-    for i in range(LANES):
-        out[i] = math.sqrt(out[i]) * tile.unit[i]
+        out[i] = math.sqrt(tile.edge_range[0, i]) * tile.unit[i]
 
 
 @tile_kernel
 def longest_edge(tile: Tile, out: Lane) -> None:
     """Length of the longest edge."""
     for i in range(LANES):
-        out[i] = tile.edge2[0, i]
-    for r in range(1, len(tile.edge2)):
-        for i in range(LANES):
-            out[i] = max(out[i], tile.edge2[r, i])
-    for i in range(LANES):
-        out[i] = math.sqrt(out[i]) * tile.unit[i]
+        out[i] = math.sqrt(tile.edge_range[1, i]) * tile.unit[i]
 
 
 @tile_kernel
 def smallest_jacobian(tile: Tile, out: Lane) -> None:
     """Smallest corner determinant."""
     for i in range(LANES):
-        out[i] = tile.jacobian[0, i]
-    for r in range(1, len(tile.jacobian)):
-        for i in range(LANES):
-            out[i] = min(out[i], tile.jacobian[r, i])
-    for i in range(LANES):
-        out[i] *= tile.unit[i] * tile.unit[i] * tile.unit[i]
+        out[i] = tile.jacobian_range[0, i] * tile.unit[i] * tile.unit[i] * tile.unit[i]
 
 
 ROWS = (

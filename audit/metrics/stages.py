@@ -10,22 +10,51 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import kernel
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
-__all__ = ["STAGES", "angles", "axes", "degrees_from_cotangent", "edges", "faces", "jacobians", "quad_axes", "volume"]
+__all__ = [
+    "STAGES",
+    "angles",
+    "axes",
+    "degrees_from_cotangent",
+    "diagonals",
+    "edges",
+    "faces",
+    "jacobians",
+    "quad_axes",
+    "volume",
+]
 
 Lane = NDArray[np.float64]
 
 
 @tile_kernel
 def edges(tile: Tile, out: Lane) -> None:
-    """Edge vectors and their squared lengths."""
-    table = tile.tables.edges
+    """Squared edge lengths and their extremes."""
+    table, x = tile.tables.edges, tile.x
+    low, high = tile.edge_range[0], tile.edge_range[1]
+    for i in range(LANES):
+        low[i], high[i] = np.inf, 0.0
     for r in range(len(table)):
         a, b = table[r, 0], table[r, 1]
-        for d in range(3):
-            for i in range(LANES):
-                tile.edge[r, d, i] = tile.x[b, d, i] - tile.x[a, d, i]
         for i in range(LANES):
-            tile.edge2[r, i] = tile.edge[r, 0, i] ** 2 + tile.edge[r, 1, i] ** 2 + tile.edge[r, 2, i] ** 2
+            d2 = (x[b, 0, i] - x[a, 0, i]) ** 2 + (x[b, 1, i] - x[a, 1, i]) ** 2 + (x[b, 2, i] - x[a, 2, i]) ** 2
+            tile.edge2[r, i] = d2
+            low[i] = min(low[i], d2)
+            high[i] = max(high[i], d2)
+
+
+@tile_kernel
+def diagonals(tile: Tile, out: Lane) -> None:
+    """Extremes of the squared diagonals."""
+    table, x = tile.tables.diagonals, tile.x
+    low, high = tile.diagonal_range[0], tile.diagonal_range[1]
+    for i in range(LANES):
+        low[i], high[i] = np.inf, 0.0
+    for r in range(len(table)):
+        a, b = table[r, 0], table[r, 1]
+        for i in range(LANES):
+            d2 = (x[b, 0, i] - x[a, 0, i]) ** 2 + (x[b, 1, i] - x[a, 1, i]) ** 2 + (x[b, 2, i] - x[a, 2, i]) ** 2
+            low[i] = min(low[i], d2)
+            high[i] = max(high[i], d2)
 
 
 @tile_kernel
@@ -85,13 +114,19 @@ def jacobians(tile: Tile, out: Lane) -> None:
     """Determinant of the edge triple at each corner; the apex of a pyramid has none."""
     triads = tile.tables.triads
     x, y, z = tile.x[:, 0], tile.x[:, 1], tile.x[:, 2]
+    low, high = tile.jacobian_range[0], tile.jacobian_range[1]
+    for i in range(LANES):
+        low[i], high[i] = np.inf, 0.0
     for r in range(len(triads)):
         o, a, b, c = triads[r, 0], triads[r, 1], triads[r, 2], triads[r, 3]
         for i in range(LANES):
             ux, uy, uz = x[a, i] - x[o, i], y[a, i] - y[o, i], z[a, i] - z[o, i]
             vx, vy, vz = x[b, i] - x[o, i], y[b, i] - y[o, i], z[b, i] - z[o, i]
             wx, wy, wz = x[c, i] - x[o, i], y[c, i] - y[o, i], z[c, i] - z[o, i]
-            tile.jacobian[r, i] = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
+            j = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
+            tile.jacobian[r, i] = j
+            low[i] = min(low[i], j)
+            high[i] = max(high[i], abs(j))
 
 
 @tile_kernel
@@ -151,49 +186,80 @@ def degrees_from_cotangent(c):  # type: ignore[no-untyped-def]
     return (math.pi - arc if c < 0.0 else arc) * (180.0 / math.pi)
 
 
+@kernel
+def _degrees(square):  # type: ignore[no-untyped-def]
+    """Angle from the signed square of its cotangent."""
+    return degrees_from_cotangent(math.copysign(math.sqrt(abs(square)), square))
+
+
+@kernel
+def _corner(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
+    """Signed square of the cotangent between two edges (nan where one has no length), and their cross product."""
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    dot = ux * vx + uy * vy + uz * vz
+    return dot * abs(dot) / (nx * nx + ny * ny + nz * nz), nx, ny, nz
+
+
 @tile_kernel
 def angles(tile: Tile, out: Lane) -> None:
-    """Extreme corner angles of the faces, reduced as cotangents u.v / |u x v|, which fall monotonically with the angle.
+    """Extreme corner angles of the faces, reduced as signed squares of the cotangent u.v / |u x v|.
 
-    At a reflex corner of a quadrilateral (its normal against the face's) the angle is 360 degrees minus the plain one.
+    They fall monotonically with the angle and need no square root at every corner. At a reflex corner of a
+    quadrilateral (its normal against the face's) the angle is 360 degrees minus the plain one.
     """
-    tris, quads, x = tile.tables.tris, tile.tables.quads, tile.x
-    # scratch rows: 0 to 2 normal of the face; cotangents of the 3 smallest, 4 largest plain and 5 largest reflex angle
-    work, normal = tile.work, tile.work
+    tris, quads, x, work = tile.tables.tris, tile.tables.quads, tile.x, tile.work
+    small, large, reflex = work[3], work[4], work[5]
     for shape in range(2):
-        table = tris if shape == 0 else quads
-        size = 3 if shape == 0 else 4
+        shapeless = tile.shapeless[shape]
         for i in range(LANES):
-            work[3, i], work[4, i], work[5, i], tile.shapeless[shape, i] = -np.inf, np.inf, -np.inf, 0.0
-        for r in range(len(table)):
-            if shape == 1:
-                p, q, s, t = table[r, 0], table[r, 1], table[r, 2], table[r, 3]
+            small[i], large[i], reflex[i], shapeless[i] = -np.inf, np.inf, -np.inf, 0.0
+        if shape == 0:
+            for r in range(len(tris)):
+                a, b, c = tris[r, 0], tris[r, 1], tris[r, 2]
                 for i in range(LANES):
-                    ux, uy, uz = x[s, 0, i] - x[p, 0, i], x[s, 1, i] - x[p, 1, i], x[s, 2, i] - x[p, 2, i]
-                    vx, vy, vz = x[t, 0, i] - x[q, 0, i], x[t, 1, i] - x[q, 1, i], x[t, 2, i] - x[q, 2, i]
-                    normal[0, i], normal[1, i], normal[2, i] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-            for k in range(size):
-                o, a, b = table[r, k], table[r, (k + 1) % size], table[r, (k + size - 1) % size]
+                    ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
+                    fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
+                    gx, gy, gz = x[a, 0, i] - x[c, 0, i], x[a, 1, i] - x[c, 1, i], x[a, 2, i] - x[c, 2, i]
+                    s0 = _corner(ex, ey, ez, -gx, -gy, -gz)[0]
+                    s1 = _corner(fx, fy, fz, -ex, -ey, -ez)[0]
+                    s2 = _corner(gx, gy, gz, -fx, -fy, -fz)[0]
+                    shapeless[i] += (s0 != s0) + (s1 != s1) + (s2 != s2)
+                    for s in (s0, s1, s2):
+                        small[i] = s if s > small[i] else small[i]
+                        large[i] = s if s < large[i] else large[i]
+        else:
+            for r in range(len(quads)):
+                a, b, c, d = quads[r, 0], quads[r, 1], quads[r, 2], quads[r, 3]
                 for i in range(LANES):
-                    ux, uy, uz = x[a, 0, i] - x[o, 0, i], x[a, 1, i] - x[o, 1, i], x[a, 2, i] - x[o, 2, i]
-                    vx, vy, vz = x[b, 0, i] - x[o, 0, i], x[b, 1, i] - x[o, 1, i], x[b, 2, i] - x[o, 2, i]
-                    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                    c = (ux * vx + uy * vy + uz * vz) / math.sqrt(nx * nx + ny * ny + nz * nz)
-                    turned = nx * normal[0, i] + ny * normal[1, i] + nz * normal[2, i] < 0.0
-                    reflex = turned and shape == 1
-                    tile.shapeless[shape, i] += 1.0 if c != c else 0.0
-                    work[3, i] = c if c > work[3, i] and not reflex else work[3, i]
-                    work[4, i] = c if c < work[4, i] and not reflex else work[4, i]
-                    work[5, i] = c if c > work[5, i] and reflex else work[5, i]
+                    ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
+                    fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
+                    gx, gy, gz = x[d, 0, i] - x[c, 0, i], x[d, 1, i] - x[c, 1, i], x[d, 2, i] - x[c, 2, i]
+                    hx, hy, hz = x[a, 0, i] - x[d, 0, i], x[a, 1, i] - x[d, 1, i], x[a, 2, i] - x[d, 2, i]
+                    s0, ax, ay, az = _corner(ex, ey, ez, -hx, -hy, -hz)
+                    s1, bx, by, bz = _corner(fx, fy, fz, -ex, -ey, -ez)
+                    s2, cx, cy, cz = _corner(gx, gy, gz, -fx, -fy, -fz)
+                    s3, dx, dy, dz = _corner(hx, hy, hz, -gx, -gy, -gz)
+                    # the normals of two opposite corners add up to twice the area vector of the face
+                    nx, ny, nz = ax + cx, ay + cy, az + cz
+                    shapeless[i] += (s0 != s0) + (s1 != s1) + (s2 != s2) + (s3 != s3)
+                    for s, turned in (
+                        (s0, ax * nx + ay * ny + az * nz < 0.0),
+                        (s1, bx * nx + by * ny + bz * nz < 0.0),
+                        (s2, cx * nx + cy * ny + cz * nz < 0.0),
+                        (s3, dx * nx + dy * ny + dz * nz < 0.0),
+                    ):
+                        small[i] = s if s > small[i] and not turned else small[i]
+                        large[i] = s if s < large[i] and not turned else large[i]
+                        reflex[i] = s if s > reflex[i] and turned else reflex[i]
         for i in range(LANES):
-            defined = work[4, i] < np.inf or work[3, i] > -np.inf
-            low, high = degrees_from_cotangent(work[3, i]), degrees_from_cotangent(work[4, i])
+            defined = large[i] < np.inf or small[i] > -np.inf
+            low, high = _degrees(small[i]), _degrees(large[i])
             tile.angle[2 * shape, i] = low if defined else np.nan
             tile.angle[2 * shape + 1, i] = high if defined else np.nan
         for i in range(LANES):
-            if work[5, i] > -np.inf:
-                tile.angle[2 * shape + 1, i] = 360.0 - degrees_from_cotangent(work[5, i])
+            if reflex[i] > -np.inf:
+                tile.angle[2 * shape + 1, i] = 360.0 - _degrees(reflex[i])
 
 
-STAGES = (edges, faces, volume, jacobians, axes, quad_axes, angles)
+STAGES = (edges, diagonals, faces, volume, jacobians, axes, quad_axes, angles)
 """All stages, in the order in which a tile runs those that its metrics read."""

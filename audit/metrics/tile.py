@@ -20,7 +20,18 @@ from numpy.typing import NDArray
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import kernel
 
-__all__ = ["LANES", "Kernel", "Tables", "Tile", "prepare", "run_kernels", "tile_kernel"]
+__all__ = [
+    "LANES",
+    "SAFE_HIGH",
+    "SAFE_LOW",
+    "Kernel",
+    "Tables",
+    "Tile",
+    "prepare",
+    "rescale",
+    "run_kernels",
+    "tile_kernel",
+]
 
 LANES = 64
 """Cells of a tile: enough to hide a function call, few enough for a hex tile to stay in the first-level cache."""
@@ -28,7 +39,7 @@ LANES = 64
 _SLOTS = 40
 """Kernels that one pass of the driver can take; a longer list takes several passes."""
 
-_SAFE_LOW, _SAFE_HIGH = 1e-60, 1e60
+SAFE_LOW, SAFE_HIGH = 1e-60, 1e60
 """Cell extents between which no product of five lengths can under- or overflow."""
 
 Kernel = Any
@@ -50,11 +61,11 @@ class Tile(NamedTuple):
 
     x (n, 3, L): corners relative to the cell's first one, in units of `unit`.
     unit (L,): length of one unit of x, a power of two; 1 except in huge or tiny cells.
-    edge (m, 3, L), edge2 (m, L): edge vectors and their squared lengths.
+    edge2 (m, L): squared edge lengths.  edge_range, diagonal_range (2, L): smallest and largest squared length.
     angle (4, L): smallest and largest corner angle in degrees of the triangular faces (rows 0, 1) and of the quadrilateral
     faces (rows 2, 3), of the corners where an angle is defined; nan where the cell has no such face or corner.
     shapeless (2, L): corners of triangular and of quadrilateral faces at an edge of zero length, where none is defined.
-    jacobian (k, L): determinants of the corner triads.
+    jacobian (k, L): determinants of the corner triads.  jacobian_range (2, L): the smallest, and the largest absolute one.
     axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
     bisectors and mode[3] the hour-glass vector.
     face (f, 3, L): area vectors, triangular faces first.  volume (L,): signed volume in unit**3.
@@ -63,11 +74,13 @@ class Tile(NamedTuple):
 
     x: NDArray[np.float64]
     unit: NDArray[np.float64]
-    edge: NDArray[np.float64]
     edge2: NDArray[np.float64]
+    edge_range: NDArray[np.float64]
+    diagonal_range: NDArray[np.float64]
     angle: NDArray[np.float64]
     shapeless: NDArray[np.float64]
     jacobian: NDArray[np.float64]
+    jacobian_range: NDArray[np.float64]
     axis: NDArray[np.float64]
     mode: NDArray[np.float64]
     face: NDArray[np.float64]
@@ -84,7 +97,8 @@ def _new_tables(type_name: str) -> Tables:
 def _new_tile(type_name: str) -> Tile:
     t = _new_tables(type_name)
     shape = {
-        "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge": (len(t.edges), 3), "edge2": (len(t.edges),),
+        "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge2": (len(t.edges),), "edge_range": (2,),
+        "diagonal_range": (2,), "jacobian_range": (2,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
         "face": (len(t.tris) + len(t.quads), 3), "volume": (), "work": (8,),
     }  # fmt: skip
@@ -106,6 +120,7 @@ def _nothing(tile: Tile, out: NDArray[np.float64]) -> None:
     """Fill the unused slots of the driver."""
 
 
+@kernel
 def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer], first: int, finite: NDArray) -> None:
     """Copy the corners of 64 cells from row `first` on; lanes past the last cell repeat it."""
     last = nodes.shape[0] - 1
@@ -128,38 +143,34 @@ def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer],
             # a sum, not a maximum: it keeps NaN
             extent[i] += abs(tile.x[j, 0, i]) + abs(tile.x[j, 1, i]) + abs(tile.x[j, 2, i])
     for i in range(LANES):
-        if not (_SAFE_LOW < extent[i] < _SAFE_HIGH):
-            _rescale(tile, points, nodes, min(first + i, last), i, finite)
+        if not (SAFE_LOW < extent[i] < SAFE_HIGH):
+            tile.unit[i] = rescale(tile.x[:, :, i], points, nodes[min(first + i, last)])
+            if tile.unit[i] != tile.unit[i]:
+                finite[i], tile.unit[i] = 0.0, 1.0
 
 
-def _rescale(
-    tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer], row: int, i: int, finite: NDArray
-) -> None:
-    """Gather a huge, tiny or broken cell again, in units of a power of two near its size."""
-    size = 0.0
-    for j in range(tile.x.shape[0]):
+@kernel
+def rescale(x, points, nodes):  # type: ignore[no-untyped-def]
+    """Gather the corners x (n, 3) of a huge, tiny or broken cell again, in units of a power of two near its size.
+
+    nodes: of the cell, at least n.  Returns the unit, nan for a cell with a non-finite corner, whose x becomes 0.
+    """
+    size, finite = 0.0, True
+    for j in range(x.shape[0]):
         for d in range(3):
-            value = points[nodes[row, j], d]
-            if not math.isfinite(value):
-                finite[i] = 0.0
-            size = max(size, abs(0.25 * value - 0.25 * points[nodes[row, 0], d]))
-    if finite[i] == 0.0 or size == 0.0:
-        for j in range(tile.x.shape[0]):
-            for d in range(3):
-                tile.x[j, d, i] = 0.0
-        return
+            value = points[nodes[j], d]
+            finite = finite and math.isfinite(value)
+            size = max(size, abs(0.25 * value - 0.25 * points[nodes[0], d]))
+    if not finite or size == 0.0:
+        x[:] = 0.0
+        return 1.0 if finite else np.nan
     exponent = math.frexp(size)[1]
     half = exponent // 2  # two steps, since 2**-exponent itself may overflow
-    for j in range(tile.x.shape[0]):
+    for j in range(x.shape[0]):
         for d in range(3):
-            value = 0.25 * points[nodes[row, j], d] - 0.25 * points[nodes[row, 0], d]
-            tile.x[j, d, i] = math.ldexp(math.ldexp(value, -half), half - exponent)
-    tile.unit[i] = math.ldexp(4.0, exponent)
-
-
-_gather_compiled = kernel(_gather)
-_rescale = kernel(_rescale)
-_gather = _gather_compiled
+            value = 0.25 * points[nodes[j], d] - 0.25 * points[nodes[0], d]
+            x[j, d] = math.ldexp(math.ldexp(value, -half), half - exponent)
+    return math.ldexp(4.0, exponent)
 
 
 def _driver_signature(index: Any) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,7 +41,7 @@ _ID, _TYPE, _PHYSICAL, _ENTITY, _START = range(5)
 
 
 @kernel
-def _same_line(buf, pos, stop):
+def _same_line(buf: Any, pos: int, stop: int) -> int:
     """First offset from `pos` that is not a blank within the line."""
     while pos < stop and (buf[pos] == 32 or buf[pos] == 9 or buf[pos] == 11 or buf[pos] == 12):
         pos += 1
@@ -47,12 +49,12 @@ def _same_line(buf, pos, stop):
 
 
 @kernel
-def _at_line_end(buf, pos, stop):
+def _at_line_end(buf: Any, pos: int, stop: int) -> bool:
     return pos >= stop or buf[pos] == 10 or buf[pos] == 13
 
 
 @kernel
-def _scan_nodes(buf, pos, stop, extra, ids, points):
+def _scan_nodes(buf: Any, pos: int, stop: int, extra: int, ids: Ints, points: Floats) -> tuple[int, int, int]:
     """Node lines: id x y z and `extra` more numbers (-1: dimension, entity and its parameters)."""
     for i in range(len(ids)):
         pos = skip_space(buf, pos, stop)
@@ -91,7 +93,9 @@ def _scan_nodes(buf, pos, stop, extra, ids, points):
 
 
 @kernel
-def _scan_elements(buf, pos, stop, oldest, counts, heads, nodes):
+def _scan_elements(
+    buf: Any, pos: int, stop: int, oldest: bool, counts: Ints, heads: Ints, nodes: Ints
+) -> tuple[int, int, int, int]:
     """Element lines `id type n tags... nodes...`; `oldest`: `id type physical entity n nodes...`.
 
     heads: (n, 5) id, type, physical, entity, start in `nodes`.  Returns (done, offset, code, nodes used).
@@ -146,7 +150,7 @@ def _scan_elements(buf, pos, stop, oldest, counts, heads, nodes):
 
 
 @kernel
-def _scan_binary_elements(words, counts, heads, nodes):
+def _scan_binary_elements(words: Any, counts: Ints, heads: Ints, nodes: Ints) -> tuple[int, int, int, int]:
     """Runs of `type, n elements, n tags` and their records; as `_scan_elements`, offsets in words."""
     used = 0
     pos = 0

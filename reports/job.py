@@ -1,0 +1,126 @@
+"""One run of `audit` or `table`: read, measure, summarise each mesh, then write every output that was asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import click
+
+from meshwright.audit.errors import MeshwrightError, UsageError
+from meshwright.audit.files import check_writable
+from meshwright.audit.fingerprint import fingerprint
+from meshwright.audit.metrics import select
+from meshwright.audit.run import audit
+from meshwright.audit.summary import Summary, cells_of_zones, summarise
+from meshwright.reports.outputs import OUTPUTS, Batch, Page, Unread, render
+from meshwright.reports.paths import STDIN, expand, open_mesh, refuse_overwriting
+from meshwright.reports.progress import announce_compilation, stages
+from meshwright.reports.verdicts import EXIT_INCOMPLETE, exit_status
+from meshwright.reports.writing import deliver, page_width, wants_colour
+
+__all__ = ["Job", "run_audit", "run_table"]
+
+
+@dataclass(frozen=True)
+class Job:
+    """The options of a run, as on the command line."""
+
+    paths: tuple[str, ...]
+    metrics: str = "default"
+    zone: str | None = None
+    output: str = "text"
+    output_file: str | None = None
+    outs: tuple[str, ...] = ()
+    cells: str | None = None
+    input_format: str | None = None
+    surfaces: bool = False
+    threads: int | None = None
+    worst: int = 5
+    quiet: bool = False
+
+
+def run_audit(job: Job) -> int:
+    """Audit all meshes and write all outputs; the exit status."""
+    batch = _run(job, Page())
+    return exit_status(batch)
+
+
+def run_table(job: Job, *, by_zone: bool) -> int:
+    """Write the tables of all meshes; 0, or 3 where a mesh could not be read."""
+    batch = _run(job, Page(content="tables", zones=by_zone))
+    return EXIT_INCOMPLETE if batch.unread else 0
+
+
+def _run(job: Job, page: Page) -> Batch:
+    outputs = _outputs(job)
+    paths = expand(job.paths)
+    select(job.metrics)  # a misspelt metric is told before anything is read
+    _check_cells(job, paths)
+    files = [path for _, path in outputs if path is not None]
+    refuse_overwriting(paths, [*files, *([job.cells] if job.cells else [])])
+    for path in files:
+        check_writable(path)
+    announce_compilation(quiet=job.quiet)
+    batch = Batch([], [])
+    for path in paths:
+        try:
+            batch.documents.append(_one(job, path))
+        except MeshwrightError as error:
+            if isinstance(error, UsageError) and len(paths) == 1:
+                raise  # of several, the others are still audited
+            click.echo(f"meshwright: {error}", err=True)
+            batch.unread.append(Unread(path, str(error)))
+    _write(job, outputs, batch, page)
+    return batch
+
+
+def _outputs(job: Job) -> list[tuple[str, str | None]]:
+    """(output, file) in the order of writing; None is stdout. Files first, so that a closed pipe loses none."""
+    found: list[tuple[str, str | None]] = []
+    for text in job.outs:
+        output, equals, path = text.partition("=")
+        if not equals or not path or output not in OUTPUTS:
+            raise UsageError(f"--out {text}: expected FORMAT=FILE with FORMAT one of {', '.join(OUTPUTS)}")
+        found.append((output, path))
+    main = None if job.output_file in (None, STDIN) else job.output_file
+    return [*found, (job.output, main)]
+
+
+def _check_cells(job: Job, paths: list[str]) -> None:
+    if job.cells is None:
+        return
+    from meshwright.reports.cells import check_cell_file  # noqa: PLC0415 - loads pyarrow
+
+    if len(paths) != 1:
+        raise UsageError("--cells takes one mesh at a time")
+    check_cell_file(job.cells)
+    check_writable(job.cells)
+
+
+def _one(job: Job, path: str) -> Summary:
+    with stages(path, quiet=job.quiet) as tell, open_mesh(path, job.input_format) as (mesh, place):
+        found = audit(mesh, job.metrics, threads=job.threads, surfaces=job.surfaces, progress=tell)
+        tell("summary", 0, 0)
+        document = summarise(found, zone=job.zone, worst=job.worst, sha256=fingerprint(place))
+        if job.cells is not None:
+            from meshwright.reports.cells import write_cells  # noqa: PLC0415 - loads pyarrow
+
+            tell("cells", 0, 0)
+            write_cells(found, None if job.zone is None else cells_of_zones(mesh, job.zone), job.cells)
+        return document
+
+
+def _write(job: Job, outputs: list[tuple[str, str | None]], batch: Batch, page: Page) -> None:
+    """Every output is attempted; the first failure is raised once the others are safe."""
+    nothing = not batch.documents and len(batch.unread) == 1
+    failed: UsageError | None = None
+    for output, path in outputs:
+        if nothing and path is None:
+            continue  # the one line on stderr has said it all
+        here = replace(page, width=page_width(), colour=wants_colour()) if path is None else page
+        try:
+            deliver(render(output, batch, here), path)
+        except UsageError as error:
+            failed = failed or error
+    if failed is not None:
+        raise failed

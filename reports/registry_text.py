@@ -1,0 +1,115 @@
+"""What the program knows, as text: metrics, the applicability table, file formats."""
+
+from __future__ import annotations
+
+import math
+
+from rich.console import RenderableType
+from rich.table import Table
+from rich.text import Text
+
+from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES
+from meshwright.audit.metrics import APPLICABILITY, DEFAULT, METRICS, Metric, find
+from meshwright.audit.readers import FORMATS
+from meshwright.reports.layout import Column, Grid, page_text
+from meshwright.reports.writing import page_width, wants_colour
+
+__all__ = ["applicability_table", "explain", "list_formats", "list_metrics"]
+
+
+def _print(*parts: RenderableType) -> str:
+    return page_text(parts, page_width(), colour=wants_colour())
+
+
+def list_metrics() -> str:
+    """A line per metric."""
+    table = Grid((Column("metric"), Column("title", cut=True), Column("best"), Column("defined on")), indent=0)
+    for metric in METRICS.values():
+        table.add(metric.id, metric.title, _best(metric), " ".join(metric.on))
+    note = "" if len(DEFAULT) == len(METRICS) else f"\n`--metrics default` measures: {', '.join(DEFAULT)}"
+    return _print(table, Text(f"{note}\nmeshwright explain METRIC tells more.", style="dim"))
+
+
+def explain(key: str) -> str:
+    """Everything about one metric; UsageError with near matches for an unknown one."""
+    metric = find(key)
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(ratio=1)
+    table.add_row("formula", metric.formula)
+    table.add_row("unit", _unit(metric.unit))
+    table.add_row("range", f"{_end(metric.low)} to {_end(metric.high)}")
+    table.add_row("best", _best(metric))
+    mirrored = _mirrored(metric)
+    if mirrored:
+        table.add_row("other scale", mirrored)
+    if metric.ideal is not None:
+        table.add_row("perfect cell", f"{metric.ideal:g}")
+    worth = "undefined (nan)" if math.isnan(metric.degenerate) else _end(metric.degenerate)
+    table.add_row("degenerate cell", worth)
+    titles = {True: "defined on", False: "not defined on"}
+    for defined, title in titles.items():
+        kinds = [CELL_TYPES[kind].title for kind in LINEAR_TYPES if (kind in metric.on) == defined]
+        if kinds:
+            table.add_row(title, ", ".join(kinds))
+    table.add_row("known as", "\n".join(metric.systems))
+    table.add_row("source", metric.source)
+    if metric.caveat:
+        table.add_row("beware", metric.caveat)
+    return _print(Text(metric.id, style="bold").append(f"  {metric.title}", style="not bold"), Text(""), table)
+
+
+def _end(value: float) -> str:
+    return f"{value:g}"
+
+
+def _unit(unit: str) -> str:
+    words = {"1": "none", "deg": "degrees", "L": "length", "L2": "length squared", "L3": "length cubed"}
+    return words.get(unit, unit)
+
+
+def _best(metric: Metric) -> str:
+    if metric.best == "none":
+        return "neither end"
+    end = metric.low if metric.best == "low" else metric.high
+    word = "lowest" if metric.best == "low" else "highest"
+    return f"{_end(end)}, the {word}" if math.isfinite(end) else f"the {word}"
+
+
+def _mirrored(metric: Metric) -> str:
+    """How systems with the opposite scale show the same quantity."""
+    if metric.best == "low" and (metric.low, metric.high) == (0.0, 1.0):
+        return "1 - value on scales where 1 is best, as ICEM's"
+    if metric.best == "low" and metric.low == 1.0:
+        return "1 / value on scales from 0 to 1 where 1 is best, as ICEM's"
+    if metric.best == "high" and (metric.low, metric.high) == (0.0, 1.0):
+        return "1 - value on scales where 0 is best, as Fluent's and GAMBIT's"
+    return ""
+
+
+def applicability_table(output: str) -> str:
+    """Which of GAMBIT's parameters is defined for which type of element: text, md, csv or json."""
+    header = ["Parameter", *LINEAR_TYPES]
+    rows = [[title, *("y" if on[kind] else "-" for kind in LINEAR_TYPES)] for title, _, on in APPLICABILITY]
+    if output == "json":
+        import json  # noqa: PLC0415 - wanted by one format
+
+        defined = {key: {"title": title, "defined": on} for title, key, on in APPLICABILITY}
+        return json.dumps(defined, indent=2) + "\n"
+    if output == "csv":
+        return "".join(",".join(line) + "\n" for line in [header, *rows])
+    if output == "md":
+        lines = [header, [":--"] + [":-:"] * len(LINEAR_TYPES), *rows]
+        return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+    table = Grid((*(Column(title) for title in header), Column("metric", style="dim")), indent=0)
+    for row, (_, key, _on) in zip(rows, APPLICABILITY, strict=True):
+        table.add(*row, key)
+    return _print(table, Text("\ny defined   - not defined", style="dim"))
+
+
+def list_formats() -> str:
+    """A line per format that can be read."""
+    table = Grid((Column("format"), Column("files"), Column("what", cut=True)), indent=0)
+    for row in FORMATS:
+        table.add(row.name, " ".join(row.suffixes), row.title)
+    return _print(table, Text("\nThe content decides, not the suffix.", style="dim"))

@@ -1,0 +1,177 @@
+"""Text output: the page a person reads in a terminal, plain where it is not one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from rich.console import RenderableType
+from rich.padding import Padding
+from rich.text import Text
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.reports.layout import Column, Grid, page_text
+from meshwright.reports.outputs import Batch, Page
+from meshwright.reports.text_tables import (
+    article_tables,
+    metric_table,
+    section,
+    type_title,
+    worst_tables,
+    zone_figures,
+    zone_table,
+)
+from meshwright.reports.verdicts import worst_verdict
+from meshwright.reports.wording import name, plural, size
+
+__all__ = ["render"]
+
+_STYLES = {
+    "pass": "bold green",
+    "warn": "bold yellow",
+    "fail": "bold red",
+    "incomplete": "bold magenta",
+    "error": "bold red",
+    "warning": "yellow",
+    "info": "cyan",
+}
+_SEVERITIES = ("error", "warning", "info")
+_IDS_SHOWN = 6
+
+
+def render(batch: Batch, page: Page) -> str:
+    """The whole report of one mesh; for several a line each, since nobody reads ten reports in a row."""
+    parts: Iterable[RenderableType]
+    if page.content == "tables":
+        parts = [part for document in batch.documents for part in _tables_page(document, page)]
+    elif len(batch.documents) == 1 and not batch.unread:
+        parts = _report(batch.documents[0], page)
+    else:
+        parts = _overview(batch)
+    return page_text(parts, page.width, colour=page.colour)
+
+
+def _report(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
+    yield from _title(document, page, document["gate"]["verdict"])
+    yield _facts(document)
+    yield from _verdict(document)
+    yield from article_tables(document)
+    if any(document["metrics"].values()):
+        yield section("Metrics", "clamped to the range of each metric; * marks the end that is worse")
+        yield from metric_table(document)
+        yield from worst_tables(document)
+    if document["zones"]:
+        yield section("Zones")
+        yield zone_table(document)
+    if "surface" in document:
+        yield section("Boundary surface", "measured as a shell of its own")
+        yield from article_tables(document["surface"])
+    if document["notes"]:
+        yield section("Notes", "what the file holds and this audit does not")
+        for note in document["notes"]:
+            yield _item(name(note, 600))
+
+
+def _tables_page(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
+    yield from _title(document, page, "")
+    yield from article_tables(document)
+    if page.zones:
+        for table in document["zone_tables"]:
+            yield section(f"Zone {name(table['zone'], 60)}", plural(table["count"], "cell"))
+            yield from article_tables(table)
+
+
+def _title(document: dict[str, Any], page: Page, verdict: str) -> Iterator[RenderableType]:
+    room = page.width - len(verdict) - 2
+    path = document["mesh"]["path"] or "(mesh in memory)"
+    # The end of a path tells files apart.
+    shown = name(path if len(path) <= room else f"…{path[1 - room :]}", room)
+    line = Text(f"\n{shown}", style="bold", no_wrap=True, overflow="ignore")
+    if verdict:
+        line.append(" " * (page.width - len(shown) - len(verdict)))
+        line.append(verdict.upper(), style=_STYLES[verdict])
+    yield line
+    yield Text("─" * page.width, style="dim")
+
+
+def _facts(document: dict[str, Any]) -> Grid:
+    mesh = document["mesh"]
+    grid = Grid((Column(style="dim"), Column()), indent=0)
+    surface = "" if any(CELL_TYPES[kind].dimension == mesh["dimension"] for kind in mesh["cells"]) else ", surface only"
+    order = "second order" if mesh["order"] == 2 else "first order"
+    grid.add("format", f"{mesh['format'] or '-'}, {mesh['dimension']}-D{surface}, {order}")
+    grid.add("cells", size(sum(mesh["cells"].values())))
+    if len(mesh["cells"]) > 1:
+        for kind, n in mesh["cells"].items():
+            grid.add("", f"{size(n)} {type_title(kind)}")
+    else:
+        grid.rows[-1][0][1].append(f" {type_title(next(iter(mesh['cells'])))}")
+    grid.add("points", size(mesh["points"]))
+    if mesh["bounds"] is not None:
+        axes = zip("xyz"[: mesh["dimension"]], *mesh["bounds"], strict=False)
+        grid.add("bounds", "   ".join(f"{axis} {low:.6g} to {high:.6g}" for axis, low, high in axes))
+    if mesh["sha256"]:
+        grid.add("sha256", mesh["sha256"])
+    if document["selection"]:
+        chosen = document["selection"]
+        grid.add("only", f"zones {name(chosen['zone'])}, {plural(chosen['cells'], 'cell')}")
+    return grid
+
+
+def _verdict(document: dict[str, Any]) -> Iterator[RenderableType]:
+    findings, gate = document["findings"], document["gate"]
+    counts = {s: sum(f["severity"] == s for f in findings) for s in ("error", "warning")}
+    words = [plural(n, severity) for severity, n in counts.items() if n]
+    line = Text("\n")
+    line.append(gate["verdict"].upper(), style=_STYLES[gate["verdict"]])
+    line.append("  " + (" and ".join(words) if words else "no errors, no warnings"))
+    yield line
+    for reason in gate["reasons"]:
+        yield _item(reason)
+    if findings:
+        yield section("Findings")
+        for finding in sorted(findings, key=lambda f: _SEVERITIES.index(f["severity"])):
+            yield from _finding(finding)
+
+
+def _finding(finding: dict[str, Any]) -> Iterator[RenderableType]:
+    severity = finding["severity"]
+    line = Text(f"  {severity:<9}", style=_STYLES[severity])
+    line.append(finding["code"], style="bold default")
+    if finding["entity"] != "zone":
+        line.append(f"  {plural(finding['count'], finding['entity'])}", style="not bold default")
+    if finding["ids"]:
+        more = ", …" if finding["count"] > _IDS_SHOWN else ""
+        line.append(f"  {', '.join(map(str, finding['ids'][:_IDS_SHOWN]))}{more}", style="not bold dim default")
+    yield line
+    yield Padding(Text(name(finding["message"], 600)), (0, 0, 0, 11))
+
+
+def _item(text: str) -> RenderableType:
+    """A line of a list."""
+    return Padding(Text(f"· {text}"), (0, 0, 0, 2))
+
+
+def _overview(batch: Batch) -> Iterator[RenderableType]:
+    """One line a mesh, then the verdict of the run."""
+    numbers = ("cells", "worst skew", "> 0.8", "errors", "warnings")
+    grid = Grid((Column("mesh", cut=True), *(Column(title, "r") for title in numbers), Column("verdict")), indent=0)
+    for document in batch.documents:
+        severities = [finding["severity"] for finding in document["findings"]]
+        verdict = document["gate"]["verdict"]
+        grid.add(
+            name(document["mesh"]["path"], 300),
+            size(sum(document["mesh"]["cells"].values())),
+            *zone_figures(document),
+            size(severities.count("error")),
+            size(severities.count("warning")),
+            Text(verdict, style=_STYLES[verdict]),
+        )
+    for unread in batch.unread:
+        grid.add(name(unread.path, 300), "-", "-", "-", "-", "-", Text("not read", style=_STYLES["incomplete"]))
+    yield grid
+    verdict = worst_verdict(batch)
+    n = len(batch.documents) + len(batch.unread)
+    line = Text(f"\n{verdict.upper()}", style=_STYLES[verdict])
+    line.append(f"  {n} mesh{'es' if n != 1 else ''}", style="not bold default")
+    yield line

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CELL_TYPES", "LINEAR_TYPES", "ORDER_OF_TYPES", "CellType", "cell_type"]
+__all__ = ["CELL_TYPES", "LINEAR_TYPES", "ORDER_OF_TYPES", "POLYTOPES", "CellType", "cell_type"]
 
 Table = NDArray[np.int64]
 Rows = tuple[tuple[int, ...], ...]
@@ -147,6 +147,9 @@ CELL_TYPES: dict[str, CellType] = {row.name: row for row in _ALL}
 
 LINEAR_TYPES = ("tri", "quad", "tet", "pyramid", "wedge", "hex")
 """The six types the classic quality metrics are defined on."""
+
+POLYTOPES = ("polygon", "polyhedron")
+"""The types with any number of corners."""
 
 ORDER_OF_TYPES = tuple(CELL_TYPES)
 """The order in which tables list cell types."""

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.cells import CELL_TYPES, POLYTOPES
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import DEFAULT, METRICS, Metric
+from meshwright.audit.metrics.polytopes import measure_polytopes
 from meshwright.audit.metrics.stages import STAGES
 from meshwright.audit.metrics.tile import LANES, prepare, run_kernels
 
@@ -20,6 +21,12 @@ __all__ = ["Measured", "clamp", "measure"]
 
 _LEAST_CHUNK = 512 * LANES
 """Cells a thread takes at a time at the least; always a whole number of tiles."""
+
+_LEAST_POLYTOPES = 32 * LANES
+"""The same for polygons and polyhedra, which take far longer."""
+
+Work = Callable[[int, int], None]
+"""Measures cells begin to end of a block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,40 +56,51 @@ def measure(
     """
     rows = tuple(METRICS[m] if isinstance(m, str) else m for m in metrics)
     values: dict[str, dict[str, NDArray[np.float64]]] = {row.id: {} for row in rows}
-    work: list[tuple[CellBlock, tuple[Metric, ...], NDArray[np.float64]]] = []
+    work: list[tuple[CellBlock, Work]] = []
     for block in mesh.blocks:
         here = tuple(row for row in rows if CELL_TYPES[block.type].corners in row.on)
-        table = np.empty((len(here), len(block)))
-        for row, column in zip(here, table, strict=True):
+        if not here:
+            continue
+        columns, measure_rows = (_polytopes if block.type in POLYTOPES else _fixed)(mesh, block, here)
+        for row, column in zip(here, columns, strict=True):
             values[row.id][block.type] = column
-        if here and len(block):
-            work.append((block, here, table))
-    total = sum(len(block) for block, _, _ in work)
+        if len(block):
+            work.append((block, measure_rows))
+    total = sum(len(block) for block, _ in work)
     done = 0
     workers = threads or os.cpu_count() or 1
     with ThreadPoolExecutor(max_workers=workers) as pool:
         jobs = []
-        for block, here, table in work:
-            name = CELL_TYPES[block.type].corners
-            kernels = [row.kernel_for(name) for row in here]
-            needed = {stage for row in here for stage in row.stages_for(name)}
-            stages = [stage for stage in STAGES if stage in needed]
-            prepare((*stages, *kernels), block.nodes)
-            chunk = max(_LEAST_CHUNK, -(-len(block) // (4 * workers * LANES)) * LANES)
+        for block, measure_rows in work:
+            least = _LEAST_POLYTOPES if block.type in POLYTOPES else _LEAST_CHUNK
+            chunk = max(least, -(-len(block) // (4 * workers * LANES)) * LANES)
             for start in range(0, len(block), chunk):
                 stop = min(start + chunk, len(block))
-                jobs.append(
-                    (
-                        pool.submit(run_kernels, name, mesh.points, block.nodes, start, stop, stages, kernels, table),
-                        stop - start,
-                    )
-                )
+                jobs.append((pool.submit(measure_rows, start, stop), stop - start))
         for job, cells in jobs:
             job.result()
             done += cells
             if progress is not None:
                 progress(done, total)
     return Measured(mesh, rows, values)
+
+
+def _fixed(mesh: Mesh, block: CellBlock, rows: tuple[Metric, ...]) -> tuple[NDArray[np.float64], Work]:
+    """One row of values per metric for cells of a fixed type, and the work that fills them; compiles what it needs."""
+    name = CELL_TYPES[block.type].corners
+    kernels = [row.kernel_for(name) for row in rows]
+    needed = {stage for row in rows for stage in row.stages_for(name)}
+    stages = [stage for stage in STAGES if stage in needed]
+    table = np.empty((len(rows), len(block)))
+    if len(block):
+        prepare((*stages, *kernels), block.nodes)
+    return table, lambda start, stop: run_kernels(name, mesh.points, block.nodes, start, stop, stages, kernels, table)
+
+
+def _polytopes(mesh: Mesh, block: CellBlock, rows: tuple[Metric, ...]) -> tuple[list[NDArray[np.float64]], Work]:
+    """The same for polygons and polyhedra."""
+    shapes, work = measure_polytopes(mesh, block)
+    return [getattr(shapes, row.polytope) for row in rows], work
 
 
 def clamp(metric: Metric, values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ import numpy as np
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Floats, Ints
 
-__all__ = ["cells_by_faces", "cells_by_table", "edge_rows", "face_rows"]
+__all__ = ["cells_by_faces", "cells_by_table", "edge_rows", "face_rows", "one_cell", "one_face"]
 
 Vector = tuple[float, float, float]
 
@@ -26,7 +26,7 @@ def _node(points: Floats, node: int, origin: Vector) -> Vector:
 
 
 @kernel
-def _face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector) -> tuple[Vector, Vector]:
+def one_face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector) -> tuple[Vector, Vector]:
     """(area vector, centre) of one face, seen from `origin`."""
     if size == 3:
         p = _node(points, nodes[start], origin)
@@ -67,7 +67,7 @@ def _face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector) ->
 
 
 @kernel
-def _cell(areas: Floats, centres: Floats, m: int) -> tuple[float, Vector]:
+def one_cell(areas: Floats, centres: Floats, m: int) -> tuple[float, Vector]:
     """(volume, centre) from the outward areas and the centres of m faces."""
     ex = ey = ez = 0.0
     for i in range(m):
@@ -96,7 +96,7 @@ def face_rows(points: Floats, offsets: Ints, nodes: Ints, begin: int, end: int, 
     for f in range(begin, end):
         start = offsets[f]
         o = (points[nodes[start], 0], points[nodes[start], 1], points[nodes[start], 2])
-        a, c = _face(points, nodes, start, offsets[f + 1] - start, o)
+        a, c = one_face(points, nodes, start, offsets[f + 1] - start, o)
         for k in range(3):
             area[f, k] = a[k]
             centre[f, k] = o[k] + c[k]
@@ -144,8 +144,8 @@ def cells_by_table(
         for i in range(m):
             for k in range(4):
                 face[k] = nodes[c, corners[i, k]]
-            areas[i], centres[i] = _face(points, face, 0, sizes[i], o)
-        v, g = _cell(areas, centres, m)
+            areas[i], centres[i] = one_face(points, face, 0, sizes[i], o)
+        v, g = one_cell(areas, centres, m)
         volume[rows[c]] = v
         for k in range(3):
             centre[rows[c], k] = o[k] + g[k]
@@ -175,11 +175,11 @@ def cells_by_faces(
         m = starts[c + 1] - starts[c]
         for i in range(m):
             f = items[starts[c] + i]
-            a, centres[i] = _face(points, nodes, offsets[f], offsets[f + 1] - offsets[f], o)
+            a, centres[i] = one_face(points, nodes, offsets[f], offsets[f + 1] - offsets[f], o)
             sign = 1.0 if owner[f] == rows[c] else -1.0
             for k in range(3):
                 areas[i, k] = sign * a[k]
-        v, g = _cell(areas, centres, m)
+        v, g = one_cell(areas, centres, m)
         volume[rows[c]] = v
         for k in range(3):
             centre[rows[c], k] = o[k] + g[k]

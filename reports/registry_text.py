@@ -8,7 +8,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES
+from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES, POLYTOPES
 from meshwright.audit.metrics import APPLICABILITY, DEFAULT, METRICS, Metric, find
 from meshwright.audit.readers import FORMATS
 from meshwright.reports.layout import Column, Grid, page_text
@@ -49,7 +49,7 @@ def explain(key: str) -> str:
     table.add_row("degenerate cell", worth)
     titles = {True: "defined on", False: "not defined on"}
     for defined, title in titles.items():
-        kinds = [CELL_TYPES[kind].title for kind in LINEAR_TYPES if (kind in metric.on) == defined]
+        kinds = [CELL_TYPES[kind].title for kind in LINEAR_TYPES + POLYTOPES if (kind in metric.on) == defined]
         if kinds:
             table.add_row(title, ", ".join(kinds))
     table.add_row("known as", "\n".join(metric.systems))

@@ -6,12 +6,27 @@ import math
 
 import numpy as np
 
-from meshwright.audit.cells import LINEAR_TYPES
+from meshwright.audit.cells import LINEAR_TYPES, POLYTOPES
+from meshwright.audit.jit import kernel
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, angles
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
-__all__ = ["ROWS"]
+__all__ = ["ROWS", "deviation_of_face", "skew_of_face"]
+
+_ON = LINEAR_TYPES + POLYTOPES
+
+
+@kernel
+def skew_of_face(low, high, ideal):  # type: ignore[no-untyped-def]
+    """Equi-angle skew of a face by its extreme and its ideal angle; above 1 at a reflex corner."""
+    return max((high - ideal) / (180.0 - ideal), (ideal - low) / ideal)
+
+
+@kernel
+def deviation_of_face(low, high, ideal):  # type: ignore[no-untyped-def]
+    """Largest deviation from the ideal angle of a face."""
+    return max(high - ideal, ideal - low)
 
 
 @tile_kernel
@@ -36,8 +51,8 @@ def largest_angle(tile: Tile, out: Lane) -> None:
 def equiangle_skew(tile: Tile, out: Lane) -> None:
     """Per face with that face's ideal angle, then the worst; 1 for reflex corners and edges without length."""
     for i in range(LANES):
-        tri = max((tile.angle[1, i] - 60.0) / 120.0, (60.0 - tile.angle[0, i]) / 60.0)
-        quad = max((tile.angle[3, i] - 90.0) / 90.0, (90.0 - tile.angle[2, i]) / 90.0)
+        tri = skew_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
+        quad = skew_of_face(tile.angle[2, i], tile.angle[3, i], 90.0)
         tri = tri if tri > 0.0 else 0.0
         skew = quad if quad > tri else tri
         skew = skew if skew < 1.0 else 1.0
@@ -56,13 +71,13 @@ def equiangle_skewness(tile: Tile, out: Lane) -> None:
 def internal_angle_deviation(tile: Tile, out: Lane) -> None:
     """Largest deviation of a defined corner angle from 60 (triangles) or 90 degrees (quadrilaterals)."""
     for i in range(LANES):
-        tri = max(tile.angle[1, i] - 60.0, 60.0 - tile.angle[0, i])
-        quad = max(tile.angle[3, i] - 90.0, 90.0 - tile.angle[2, i])
+        tri = deviation_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
+        quad = deviation_of_face(tile.angle[2, i], tile.angle[3, i], 90.0)
         out[i] = quad if quad > tri or tri != tri else tri
     for i in range(LANES):
         if tile.shapeless[0, i] + tile.shapeless[1, i] > 0.0:
-            tri = max(tile.angle[1, i] - 60.0, 60.0 - tile.angle[0, i])
-            quad = max(tile.angle[3, i] - 90.0, 90.0 - tile.angle[2, i])
+            tri = deviation_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
+            quad = deviation_of_face(tile.angle[2, i], tile.angle[3, i], 90.0)
             tri = tri if _has_a_sound_corner(tile, tile.tables.tris, i) else np.nan
             quad = quad if _has_a_sound_corner(tile, tile.tables.quads, i) else np.nan
             out[i] = quad if quad > tri or tri != tri else tri
@@ -92,41 +107,42 @@ def _has_a_sound_corner(tile, faces, i):  # type: ignore[no-untyped-def]
 
 ROWS = (
     Metric(
-        id="angle.min", title="Smallest face angle", on=LINEAR_TYPES, unit="deg", low=0.0, high=90.0, best="high",
+        id="angle.min", title="Smallest face angle", on=_ON, unit="deg", low=0.0, high=180.0, best="high",
         ideal=None, degenerate=math.nan, systems=("CFX: Minimum Face Angle", "HyperMesh: min angle", "Cubit: minimum angle"),
         formula="min over the corners of all faces of the angle between the two edges",
-        source="CFX-Post mesh statistics; Altair HyperMesh help", caveat="Ideal 60 on triangles, 90 on quadrilaterals.",
-        stages=(angles,), kernel=smallest_angle,
+        source="CFX-Post mesh statistics; Altair HyperMesh help", caveat="Ideal 60 on triangles, 90 on quadrilaterals, 180 (n - 2)/n on faces of n corners: that is the most it can be.",
+        stages=(angles,), kernel=smallest_angle, polytope="smallest_angle",
     ),
     Metric(
-        id="angle.max", title="Largest face angle", on=LINEAR_TYPES, unit="deg", low=60.0, high=360.0, best="low",
+        id="angle.max", title="Largest face angle", on=_ON, unit="deg", low=60.0, high=360.0, best="low",
         ideal=None, degenerate=math.nan, systems=("CFX: Maximum Face Angle", "HyperMesh: max angle", "Cubit: maximum angle"),
         formula="max over the corners of all faces of the angle between the two edges; above 180 at a reflex corner",
-        source="CFX-Post mesh statistics; Altair HyperMesh help", caveat="Ideal 60 on triangles, 90 on quadrilaterals.",
-        stages=(angles,), kernel=largest_angle,
+        source="CFX-Post mesh statistics; Altair HyperMesh help", caveat="Ideal 60 on triangles, 90 on quadrilaterals, 180 (n - 2)/n on faces of n corners. A hanging node is a corner of 180.",
+        stages=(angles,), kernel=largest_angle, polytope="largest_angle",
     ),
     Metric(
-        id="gambit.equiangle_skew", title="Equi-angle skew", on=LINEAR_TYPES, unit="1", low=0.0, high=1.0, best="low",
+        id="gambit.equiangle_skew", title="Equi-angle skew", on=_ON, unit="1", low=0.0, high=1.0, best="low",
         ideal=0.0, degenerate=1.0,
         systems=("GAMBIT: EquiAngle Skew (its default)", "Fluent: Cell Equiangle Skew", "Pointwise: Equiangle Skewness"),
-        formula="max[(Tmax - Te)/(180 - Te), (Te - Tmin)/Te], Te = 60 on triangular, 90 on quadrilateral faces; worst face",
+        formula="max[(Tmax - Te)/(180 - Te), (Te - Tmin)/Te], worst face; Te = 180 (n - 2)/n on faces of n corners: 60, 90, 108, ...",
         source="Ansys FAQ 'definition of mesh quality'; GAMBIT 2 User's Guide 3.4; Verdict for pyramids and wedges",
-        caveat="Blind to slivers: a flat tet of four points in a square scores 0.5. Look at equi-size skew for tets.",
-        stages=(angles,), kernel=equiangle_skew,
+        caveat="Blind to slivers: a flat tet of four points in a square scores 0.5. Look at equi-size skew for tets. On polyhedra a "
+        "face with a hanging node on a straight edge scores 1.",
+        stages=(angles,), kernel=equiangle_skew, polytope="skew",
     ),
     Metric(
-        id="icem.equiangle_skewness", title="Equi-angle skewness (ICEM)", on=LINEAR_TYPES, unit="1", low=0.0, high=1.0,
+        id="icem.equiangle_skewness", title="Equi-angle skewness (ICEM)", on=_ON, unit="1", low=0.0, high=1.0,
         best="high", ideal=1.0, degenerate=0.0, systems=("ICEM CFD: Equiangle skewness",),
         formula="1 - equi-angle skew", source="ICEM CFD help 24.2; the same quantity on the opposite scale",
         caveat="Same number as gambit.equiangle_skew read from the other end: 1 is best here.",
-        stages=(angles,), kernel=equiangle_skewness,
+        stages=(angles,), kernel=equiangle_skewness, polytope="skewness",
     ),
     Metric(
-        id="seed.internal_angle_deviation", title="Internal angle deviation", on=LINEAR_TYPES, unit="deg", low=0.0,
+        id="seed.internal_angle_deviation", title="Internal angle deviation", on=_ON, unit="deg", low=0.0,
         high=270.0, best="low", ideal=0.0, degenerate=math.nan, systems=("FEMAP: Internal Angles", "ICEM CFD: Angle (as 90 - value)"),
-        formula="max over faces of max(|Te - Tmin|, |Tmax - Te|), Te = 60 on triangular, 90 on quadrilateral faces",
+        formula="max over faces of max(|Te - Tmin|, |Tmax - Te|), Te = 180 (n - 2)/n on faces of n corners: 60, 90, 108, ...",
         source="CFDyna, Meshing for Numerical Simulations, 'Internal Angle Deviation'",
         caveat="Undefined where no node of the faces is free of zero-length edges.",
-        stages=(angles,), kernel=internal_angle_deviation,
+        stages=(angles,), kernel=internal_angle_deviation, polytope="deviation",
     ),
 )  # fmt: skip

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from meshwright.audit.cells import LINEAR_TYPES
+from meshwright.audit.cells import LINEAR_TYPES, POLYTOPES
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, diagonals, edges
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
@@ -49,10 +49,10 @@ def stretch(tile: Tile, out: Lane) -> None:
 
 ROWS = (
     Metric(
-        id="gambit.edge_ratio", title="Edge ratio", on=LINEAR_TYPES, unit="1", low=1.0, high=math.inf, best="low", ideal=1.0,
+        id="gambit.edge_ratio", title="Edge ratio", on=LINEAR_TYPES + POLYTOPES, unit="1", low=1.0, high=math.inf, best="low", ideal=1.0,
         degenerate=math.inf, systems=("GAMBIT: Edge Ratio", "HyperMesh: aspect (shells)", "Verdict: edge ratio"),
         formula="longest edge / shortest edge", source="GAMBIT 2 User's Guide 3.4; Verdict agrees on all types but the hex",
-        stages=(edges,), kernel=edge_ratio,
+        stages=(edges,), kernel=edge_ratio, polytope="edge_ratio",
     ),
     Metric(
         id="gambit.diagonal_ratio", title="Diagonal ratio", on=("quad", "hex"), unit="1", low=1.0, high=math.inf, best="low",

@@ -54,76 +54,53 @@ def quad_determinant(tile: Tile, out: Lane) -> None:
         out[i] = low[i] / high[i] if high[i] > 0.0 else 0.0
 
 
-@tile_kernel
-def _mean(a, b, out):  # type: ignore[no-untyped-def]
-    """Half the sum of two (3, L) vectors."""
-    for d in range(3):
-        for i in range(LANES):
-            out[d, i] = 0.5 * (a[d, i] + b[d, i])
-
-
-@tile_kernel
-def _difference(tile, a, b, out):  # type: ignore[no-untyped-def]
-    """The edge from corner a to corner b."""
-    for d in range(3):
-        for i in range(LANES):
-            out[d, i] = tile.x[b, d, i] - tile.x[a, d, i]
+# The four edges of a hex along each local direction, as (from, to), ordered by the other two directions.
+_PARALLEL = np.array(
+    [
+        [[0, 1], [3, 2], [4, 5], [7, 6]],
+        [[0, 3], [1, 2], [4, 7], [5, 6]],
+        [[0, 4], [1, 5], [3, 7], [2, 6]],
+    ]
+)
 
 
 @tile_kernel
 def determinant_27(tile: Tile, out: Lane) -> None:
     """min J / max |J| at the points r, s, t in {-1, 0, 1}; the eight corners are done already.
 
-    The derivative along a direction does not depend on that direction's own coordinate: along r it takes 9 values,
-    and for each r there are 3 along s and 3 along t, all means of the hex's edges.
+    The derivative along a direction does not depend on that direction's own coordinate, so 3 x 9 vectors serve all
+    points: the edges, their means over a face, and the mean of all four.
     """
-    along_r = np.empty((3, 3, 3, LANES))  # s, t, xyz
-    along_s, along_t = np.empty((3, 3, LANES)), np.empty((3, 3, LANES))  # t (of s), xyz
-    _difference(tile, 0, 1, along_r[0, 0])
-    _difference(tile, 3, 2, along_r[2, 0])
-    _difference(tile, 4, 5, along_r[0, 2])
-    _difference(tile, 7, 6, along_r[2, 2])
-    for t in range(0, 3, 2):
-        _mean(along_r[0, t], along_r[2, t], along_r[1, t])
-    for s in range(3):
-        _mean(along_r[s, 0], along_r[s, 2], along_r[s, 1])
-    low, high = tile.work[0], tile.work[1]
+    slope = np.empty((3, 3, 3, 3, LANES))  # direction, first and second other coordinate, xyz
+    x, low, high = tile.x, tile.work[0], tile.work[1]
+    for k in range(3):
+        for d in range(3):
+            for e in range(4):
+                a, b, edge = x[_PARALLEL[k, e, 0], d], x[_PARALLEL[k, e, 1], d], slope[k, 2 * (e % 2), 2 * (e // 2), d]
+                for i in range(LANES):
+                    edge[i] = b[i] - a[i]
+            for m in range(5):  # two means along the first other coordinate, then three along the second
+                if m < 2:
+                    a, b, mean = slope[k, 0, 2 * m, d], slope[k, 2, 2 * m, d], slope[k, 1, 2 * m, d]
+                else:
+                    a, b, mean = slope[k, m - 2, 0, d], slope[k, m - 2, 2, d], slope[k, m - 2, 1, d]
+                for i in range(LANES):
+                    mean[i] = 0.5 * (a[i] + b[i])
     for i in range(LANES):
         low[i], high[i] = tile.jacobian_range[0, i], tile.jacobian_range[1, i]
-    for r in range(3):
-        if r == 0:
-            _difference(tile, 0, 3, along_s[0])
-            _difference(tile, 4, 7, along_s[2])
-            _difference(tile, 0, 4, along_t[0])
-            _difference(tile, 3, 7, along_t[2])
-        elif r == 2:
-            _difference(tile, 1, 2, along_s[0])
-            _difference(tile, 5, 6, along_s[2])
-            _difference(tile, 1, 5, along_t[0])
-            _difference(tile, 2, 6, along_t[2])
-        else:
-            for d in range(3):
-                for i in range(LANES):
-                    x = tile.x[:, d, i]
-                    along_s[0, d, i] = 0.5 * ((x[3] - x[0]) + (x[2] - x[1]))
-                    along_s[2, d, i] = 0.5 * ((x[7] - x[4]) + (x[6] - x[5]))
-                    along_t[0, d, i] = 0.5 * ((x[4] - x[0]) + (x[5] - x[1]))
-                    along_t[2, d, i] = 0.5 * ((x[7] - x[3]) + (x[6] - x[2]))
-        _mean(along_s[0], along_s[2], along_s[1])
-        _mean(along_t[0], along_t[2], along_t[1])
-        for s in range(3):
-            for t in range(3):
-                if r != 1 and s != 1 and t != 1:
-                    continue
-                u, v, w = along_r[s, t], along_s[t], along_t[s]
-                for i in range(LANES):
-                    j = (
-                        u[0, i] * (v[1, i] * w[2, i] - v[2, i] * w[1, i])
-                        + u[1, i] * (v[2, i] * w[0, i] - v[0, i] * w[2, i])
-                        + u[2, i] * (v[0, i] * w[1, i] - v[1, i] * w[0, i])
-                    )
-                    low[i] = min(low[i], j)
-                    high[i] = max(high[i], abs(j))
+    for point in range(27):
+        r, s, t = point // 9, point // 3 % 3, point % 3
+        if r != 1 and s != 1 and t != 1:
+            continue
+        u, v, w = slope[0, s, t], slope[1, r, t], slope[2, r, s]
+        for i in range(LANES):
+            j = (
+                u[0, i] * (v[1, i] * w[2, i] - v[2, i] * w[1, i])
+                + u[1, i] * (v[2, i] * w[0, i] - v[0, i] * w[2, i])
+                + u[2, i] * (v[0, i] * w[1, i] - v[1, i] * w[0, i])
+            )
+            low[i] = min(low[i], j)
+            high[i] = max(high[i], abs(j))
     _ratio(tile, low, high, out)
 
 

@@ -15,14 +15,15 @@ __all__ = ["Metric"]
 class Metric:
     """One row of the registry.
 
-    id: `system.metric`.  title: for people.  on: linear cell types it is defined on; it is "not defined" on
-    all others.  unit: "1", "deg", "L", "L2", "L3".  low, high: documented range; the kernel's raw value may
+    id: `system.metric`.  title: for people.  on: linear cell types and polytopes it is defined on; it is "not
+    defined" on all others.  unit: "1", "deg", "L", "L2", "L3".  low, high: documented range; the kernel's raw value may
     leave it, reports clamp.  best: "low" or "high", the end of the scale that is good, or "none" for plain
     sizes.  ideal: the value of a perfect cell, None where it depends on the type or there is none.
     degenerate: value for a cell with no size (may be nan: "undefined").  systems: who uses it, under which
     name.  formula: in one or two lines of text.  source: where the definition stands.  caveat: when the
-    number misleads.  kernel: compiled function (tile, out), or one per
-    type.  stages: geometry the kernel reads, likewise.
+    number misleads.  kernel: compiled function (tile, out), or one per linear
+    type.  stages: geometry the kernel reads, likewise.  polytope: column of `polytopes.Shapes` with the value of a
+    polygon or polyhedron, "" where it is defined on neither.
     """
 
     id: str
@@ -40,6 +41,7 @@ class Metric:
     kernel: Kernel | Mapping[str, Kernel]
     stages: tuple[Kernel, ...] | Mapping[str, tuple[Kernel, ...]] = ()
     caveat: str = ""
+    polytope: str = ""
 
     def kernel_for(self, type_name: str) -> Kernel:
         """The compiled function for a linear cell type the metric is defined on."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from meshwright.audit.cells import LINEAR_TYPES
+from meshwright.audit.cells import LINEAR_TYPES, POLYTOPES
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, edges, faces, jacobians, volume
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
@@ -52,29 +52,30 @@ def smallest_jacobian(tile: Tile, out: Lane) -> None:
 
 ROWS = (
     Metric(
-        id="area", title="Area", on=("tri", "quad"), unit="L2", low=0.0, high=math.inf, best="none", ideal=None,
+        id="area", title="Area", on=("tri", "quad", "polygon"), unit="L2", low=0.0, high=math.inf, best="none", ideal=None,
         degenerate=0.0, systems=("GAMBIT: Area", "ICEM CFD: Surface area", "Verdict: area"),
         formula="|A|; of a quadrilateral half the length of the cross product of its diagonals",
         source="GAMBIT 2 User's Guide 3.4 (table of parameters and types)",
-        stages=(faces,), kernel=area,
+        caveat="Of a warped quadrilateral or polygon the area of its shadow on the mean plane.",
+        stages=(faces,), kernel=area, polytope="size",
     ),
     Metric(
-        id="volume", title="Volume", on=_SOLIDS, unit="L3", low=-math.inf, high=math.inf, best="none", ideal=None,
+        id="volume", title="Volume", on=(*_SOLIDS, "polyhedron"), unit="L3", low=-math.inf, high=math.inf, best="none", ideal=None,
         degenerate=0.0, systems=("GAMBIT: Volume", "Fluent: Cell Volume", "ICEM CFD: Volume", "Verdict: volume"),
         formula="sum of the signed tetrahedra between the faces, fanned about their vertex mean, and one corner",
         source="OpenFOAM primitiveMesh cell volume; equals 2x2x2 Gauss integration for a hex with bilinear faces",
         caveat="Negative when the nodes run the wrong way round. Look at the sign before any other number.",
-        stages=(volume,), kernel=signed_volume,
+        stages=(volume,), kernel=signed_volume, polytope="size",
     ),
     Metric(
-        id="edge.min", title="Shortest edge", on=LINEAR_TYPES, unit="L", low=0.0, high=math.inf, best="none", ideal=None,
+        id="edge.min", title="Shortest edge", on=LINEAR_TYPES + POLYTOPES, unit="L", low=0.0, high=math.inf, best="none", ideal=None,
         degenerate=0.0, systems=("HyperMesh: min size", "ICEM CFD: Min length"), formula="min |e|",
-        source="Altair HyperMesh help, element size checks", stages=(edges,), kernel=shortest_edge,
+        source="Altair HyperMesh help, element size checks", stages=(edges,), kernel=shortest_edge, polytope="shortest",
     ),
     Metric(
-        id="edge.max", title="Longest edge", on=LINEAR_TYPES, unit="L", low=0.0, high=math.inf, best="none", ideal=None,
+        id="edge.max", title="Longest edge", on=LINEAR_TYPES + POLYTOPES, unit="L", low=0.0, high=math.inf, best="none", ideal=None,
         degenerate=0.0, systems=("HyperMesh: max size", "ICEM CFD: Max length"), formula="max |e|",
-        source="Altair HyperMesh help, element size checks", stages=(edges,), kernel=longest_edge,
+        source="Altair HyperMesh help, element size checks", stages=(edges,), kernel=longest_edge, polytope="longest",
     ),
     Metric(
         id="jacobian.min_corner", title="Smallest corner Jacobian", on=_SOLIDS, unit="L3", low=-math.inf, high=math.inf,

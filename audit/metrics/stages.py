@@ -14,6 +14,8 @@ __all__ = [
     "STAGES",
     "angles",
     "axes",
+    "corner",
+    "degrees",
     "degrees_from_cotangent",
     "diagonals",
     "edges",
@@ -21,6 +23,7 @@ __all__ = [
     "jacobians",
     "quad_axes",
     "volume",
+    "widen",
 ]
 
 Lane = NDArray[np.float64]
@@ -187,17 +190,26 @@ def degrees_from_cotangent(c):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _degrees(square):  # type: ignore[no-untyped-def]
+def degrees(square):  # type: ignore[no-untyped-def]
     """Angle from the signed square of its cotangent."""
     return degrees_from_cotangent(math.copysign(math.sqrt(abs(square)), square))
 
 
 @kernel
-def _corner(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
+def corner(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
     """Signed square of the cotangent between two edges (nan where one has no length), and their cross product."""
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     dot = ux * vx + uy * vy + uz * vz
     return dot * abs(dot) / (nx * nx + ny * ny + nz * nz), nx, ny, nz
+
+
+@kernel
+def widen(small, large, reflex, corner, turned):  # type: ignore[no-untyped-def]
+    """The extremes with one more corner; nan leaves them as they are."""
+    small = corner if corner > small and not turned else small
+    large = corner if corner < large and not turned else large
+    reflex = corner if corner > reflex and turned else reflex
+    return small, large, reflex
 
 
 @tile_kernel
@@ -220,13 +232,13 @@ def angles(tile: Tile, out: Lane) -> None:
                     ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
                     fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
                     gx, gy, gz = x[a, 0, i] - x[c, 0, i], x[a, 1, i] - x[c, 1, i], x[a, 2, i] - x[c, 2, i]
-                    s0 = _corner(ex, ey, ez, -gx, -gy, -gz)[0]
-                    s1 = _corner(fx, fy, fz, -ex, -ey, -ez)[0]
-                    s2 = _corner(gx, gy, gz, -fx, -fy, -fz)[0]
+                    s0 = corner(ex, ey, ez, -gx, -gy, -gz)[0]
+                    s1 = corner(fx, fy, fz, -ex, -ey, -ez)[0]
+                    s2 = corner(gx, gy, gz, -fx, -fy, -fz)[0]
                     shapeless[i] += (s0 != s0) + (s1 != s1) + (s2 != s2)
-                    for s in (s0, s1, s2):
-                        small[i] = s if s > small[i] else small[i]
-                        large[i] = s if s < large[i] else large[i]
+                    low, high, _ = widen(small[i], large[i], 0.0, s0, False)
+                    low, high, _ = widen(low, high, 0.0, s1, False)
+                    small[i], large[i], _ = widen(low, high, 0.0, s2, False)
         else:
             for r in range(len(quads)):
                 a, b, c, d = quads[r, 0], quads[r, 1], quads[r, 2], quads[r, 3]
@@ -235,30 +247,27 @@ def angles(tile: Tile, out: Lane) -> None:
                     fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
                     gx, gy, gz = x[d, 0, i] - x[c, 0, i], x[d, 1, i] - x[c, 1, i], x[d, 2, i] - x[c, 2, i]
                     hx, hy, hz = x[a, 0, i] - x[d, 0, i], x[a, 1, i] - x[d, 1, i], x[a, 2, i] - x[d, 2, i]
-                    s0, ax, ay, az = _corner(ex, ey, ez, -hx, -hy, -hz)
-                    s1, bx, by, bz = _corner(fx, fy, fz, -ex, -ey, -ez)
-                    s2, cx, cy, cz = _corner(gx, gy, gz, -fx, -fy, -fz)
-                    s3, dx, dy, dz = _corner(hx, hy, hz, -gx, -gy, -gz)
+                    s0, ax, ay, az = corner(ex, ey, ez, -hx, -hy, -hz)
+                    s1, bx, by, bz = corner(fx, fy, fz, -ex, -ey, -ez)
+                    s2, cx, cy, cz = corner(gx, gy, gz, -fx, -fy, -fz)
+                    s3, dx, dy, dz = corner(hx, hy, hz, -gx, -gy, -gz)
                     # the normals of two opposite corners add up to twice the area vector of the face
                     nx, ny, nz = ax + cx, ay + cy, az + cz
                     shapeless[i] += (s0 != s0) + (s1 != s1) + (s2 != s2) + (s3 != s3)
-                    for s, turned in (
-                        (s0, ax * nx + ay * ny + az * nz < 0.0),
-                        (s1, bx * nx + by * ny + bz * nz < 0.0),
-                        (s2, cx * nx + cy * ny + cz * nz < 0.0),
-                        (s3, dx * nx + dy * ny + dz * nz < 0.0),
-                    ):
-                        small[i] = s if s > small[i] and not turned else small[i]
-                        large[i] = s if s < large[i] and not turned else large[i]
-                        reflex[i] = s if s > reflex[i] and turned else reflex[i]
+                    low, high, back = small[i], large[i], reflex[i]
+                    low, high, back = widen(low, high, back, s0, ax * nx + ay * ny + az * nz < 0.0)
+                    low, high, back = widen(low, high, back, s1, bx * nx + by * ny + bz * nz < 0.0)
+                    low, high, back = widen(low, high, back, s2, cx * nx + cy * ny + cz * nz < 0.0)
+                    low, high, back = widen(low, high, back, s3, dx * nx + dy * ny + dz * nz < 0.0)
+                    small[i], large[i], reflex[i] = low, high, back
         for i in range(LANES):
             defined = large[i] < np.inf or small[i] > -np.inf
-            low, high = _degrees(small[i]), _degrees(large[i])
+            low, high = degrees(small[i]), degrees(large[i])
             tile.angle[2 * shape, i] = low if defined else np.nan
             tile.angle[2 * shape + 1, i] = high if defined else np.nan
         for i in range(LANES):
             if reflex[i] > -np.inf:
-                tile.angle[2 * shape + 1, i] = 360.0 - _degrees(reflex[i])
+                tile.angle[2 * shape + 1, i] = 360.0 - degrees(reflex[i])
 
 
 STAGES = (edges, diagonals, faces, volume, jacobians, axes, quad_axes, angles)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from meshwright.audit.cells import LINEAR_TYPES, POLYTOPES
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, angles
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
@@ -17,13 +17,13 @@ __all__ = ["ROWS", "deviation_of_face", "skew_of_face"]
 _ON = LINEAR_TYPES + POLYTOPES
 
 
-@kernel
+@inner
 def skew_of_face(low, high, ideal):  # type: ignore[no-untyped-def]
     """Equi-angle skew of a face by its extreme and its ideal angle; above 1 at a reflex corner."""
     return max((high - ideal) / (180.0 - ideal), (ideal - low) / ideal)
 
 
-@kernel
+@inner
 def deviation_of_face(low, high, ideal):  # type: ignore[no-untyped-def]
     """Largest deviation from the ideal angle of a face."""
     return max(high - ideal, ideal - low)
@@ -83,7 +83,7 @@ def internal_angle_deviation(tile: Tile, out: Lane) -> None:
             out[i] = quad if quad > tri or tri != tri else tri
 
 
-@tile_kernel
+@inner
 def _has_a_sound_corner(tile, faces, i):  # type: ignore[no-untyped-def]
     """Whether some node of these faces has no edge of zero length on them; without one the cell has no shape."""
     n, size = faces.shape

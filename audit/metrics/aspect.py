@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from meshwright.audit.cells import LINEAR_TYPES
+from meshwright.audit.jit import inner
 from meshwright.audit.metrics.edges import edge_ratio_inverse
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, edges, faces, volume
@@ -18,14 +19,14 @@ FLAT = 1e-14
 """A cell counts as flat when its volume (area) is below this times the cube (square) of its longest edge."""
 
 
-@tile_kernel
+@inner
 def _distance2(tile, a, b, i):  # type: ignore[no-untyped-def]
     """Squared distance of corners a and b."""
     x = tile.x
     return (x[b, 0, i] - x[a, 0, i]) ** 2 + (x[b, 1, i] - x[a, 1, i]) ** 2 + (x[b, 2, i] - x[a, 2, i]) ** 2
 
 
-@tile_kernel
+@inner
 def _twice_area(tile, a, b, c, i):  # type: ignore[no-untyped-def]
     """Twice the area of triangle abc, 0 when it is flat."""
     x = tile.x
@@ -37,7 +38,7 @@ def _twice_area(tile, a, b, c, i):  # type: ignore[no-untyped-def]
     return twice if twice >= 2.0 * FLAT * longest2 else 0.0
 
 
-@tile_kernel
+@inner
 def _triangle_ratio(tile, a, b, c, i):  # type: ignore[no-untyped-def]
     """R / 2r of triangle abc: inf when flat, nan when two corners coincide and there is no circumcircle."""
     p = math.sqrt(_distance2(tile, a, b, i))
@@ -54,7 +55,7 @@ def triangle_aspect(tile: Tile, out: Lane) -> None:
         out[i] = _triangle_ratio(tile, 0, 1, 2, i)
 
 
-@tile_kernel
+@inner
 def tet_radii(tile, radius, surface):  # type: ignore[no-untyped-def]
     """12 |V| R, the circumradius without its division, and the total face area."""
     x = tile.x
@@ -75,7 +76,7 @@ def tet_radii(tile, radius, surface):  # type: ignore[no-untyped-def]
             surface[i] += math.sqrt(a[0, i] ** 2 + a[1, i] ** 2 + a[2, i] ** 2)
 
 
-@tile_kernel
+@inner
 def tet_volume(tile, out):  # type: ignore[no-untyped-def]
     """Signed volume, 0 when the tet is flat."""
     for i in range(LANES):
@@ -94,7 +95,7 @@ def tet_aspect(tile: Tile, out: Lane) -> None:
         out[i] = radius[i] * surface[i] / (108.0 * size[i] * size[i]) if size[i] != 0.0 else np.inf
 
 
-@tile_kernel
+@inner
 def _quad_ratio(tile, a, b, c, d, i):  # type: ignore[no-untyped-def]
     """Larger over smaller mean length of the two pairs of opposite edges."""
     p = math.sqrt(_distance2(tile, a, b, i)) + math.sqrt(_distance2(tile, c, d, i))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from meshwright.audit.jit import inner
 from meshwright.audit.metrics.aspect import FLAT
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, faces, jacobians
@@ -20,7 +21,7 @@ def corner_determinant(tile: Tile, out: Lane) -> None:
     _ratio(tile, tile.jacobian_range[0], tile.jacobian_range[1], out)
 
 
-@tile_kernel
+@inner
 def _ratio(tile, low, high, out):  # type: ignore[no-untyped-def]
     """low / high; 0 for a flat cell."""
     extent = tile.work[2]

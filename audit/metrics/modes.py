@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from meshwright.audit.jit import inner
 from meshwright.audit.metrics.aspect import FLAT
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.metrics.stages import Lane, axes, quad_axes
@@ -14,56 +15,67 @@ from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 __all__ = ["ROWS"]
 
 _ON = ("quad", "hex")
+# Pairs of axes, and of a mode with an axis: mode 0 mixes axes 0 and 1, mode 1 axes 0 and 2, mode 2 axes 1 and 2; mode 3 is
+# the hour-glass vector of a quadrilateral.
+_QUAD_AXES, _HEX_AXES = np.array([[0, 1]]), np.array([[0, 1], [0, 2], [1, 2]])
+_QUAD_SHARES, _HEX_SHARES = np.array([[3, 0], [3, 1]]), np.array([[0, 0], [0, 1], [1, 0], [1, 2], [2, 1], [2, 2]])
 
 
-@tile_kernel
-def _cosine(tile, k, m, i):  # type: ignore[no-untyped-def]
-    """|cos| of the angle between axes k and m, 1 when one of them vanishes."""
+@inner
+def _largest_cosine(tile, pairs, out):  # type: ignore[no-untyped-def]
+    """Largest |cos| of the angles between these pairs of axes, 1 when an axis vanishes."""
     a = tile.axis
-    dot = a[k, 0, i] * a[m, 0, i] + a[k, 1, i] * a[m, 1, i] + a[k, 2, i] * a[m, 2, i]
-    k2 = a[k, 0, i] ** 2 + a[k, 1, i] ** 2 + a[k, 2, i] ** 2
-    m2 = a[m, 0, i] ** 2 + a[m, 1, i] ** 2 + a[m, 2, i] ** 2
-    return abs(dot) / math.sqrt(k2 * m2) if k2 * m2 > 0.0 else 1.0
+    for i in range(LANES):
+        out[i] = 0.0
+    for r in range(len(pairs)):
+        k, m = pairs[r, 0], pairs[r, 1]
+        for i in range(LANES):
+            dot = a[k, 0, i] * a[m, 0, i] + a[k, 1, i] * a[m, 1, i] + a[k, 2, i] * a[m, 2, i]
+            k2 = a[k, 0, i] ** 2 + a[k, 1, i] ** 2 + a[k, 2, i] ** 2
+            m2 = a[m, 0, i] ** 2 + a[m, 1, i] ** 2 + a[m, 2, i] ** 2
+            cosine = abs(dot) / math.sqrt(k2 * m2) if k2 * m2 > 0.0 else 1.0
+            out[i] = max(out[i], cosine)
 
 
 @tile_kernel
 def quad_midangle(tile: Tile, out: Lane) -> None:
     """|cos| of the angle between the bisectors."""
-    for i in range(LANES):
-        out[i] = _cosine(tile, 0, 1, i)
+    _largest_cosine(tile, _QUAD_AXES, out)
 
 
 @tile_kernel
 def hex_midangle(tile: Tile, out: Lane) -> None:
     """Largest |cos| of the angles between the three axes."""
-    for i in range(LANES):
-        out[i] = max(_cosine(tile, 0, 1, i), _cosine(tile, 0, 2, i), _cosine(tile, 1, 2, i))
+    _largest_cosine(tile, _HEX_AXES, out)
 
 
-@tile_kernel
-def _share(tile, mode, axis, i):  # type: ignore[no-untyped-def]
-    """|mode . axis| / axis^2, 0 along an axis that vanishes."""
+@inner
+def _largest_share(tile, pairs, out):  # type: ignore[no-untyped-def]
+    """Largest |mode . axis| / axis^2 over these pairs, 0 along an axis that vanishes."""
     t, a = tile.mode, tile.axis
-    dot = abs(t[mode, 0, i] * a[axis, 0, i] + t[mode, 1, i] * a[axis, 1, i] + t[mode, 2, i] * a[axis, 2, i])
-    a2 = a[axis, 0, i] ** 2 + a[axis, 1, i] ** 2 + a[axis, 2, i] ** 2
-    return dot / a2 if a2 > 0.0 else 0.0
+    for i in range(LANES):
+        out[i] = 0.0
+    for r in range(len(pairs)):
+        m, k = pairs[r, 0], pairs[r, 1]
+        for i in range(LANES):
+            dot = abs(t[m, 0, i] * a[k, 0, i] + t[m, 1, i] * a[k, 1, i] + t[m, 2, i] * a[k, 2, i])
+            a2 = a[k, 0, i] ** 2 + a[k, 1, i] ** 2 + a[k, 2, i] ** 2
+            share = dot / a2 if a2 > 0.0 else 0.0
+            out[i] = max(out[i], share)
 
 
 @tile_kernel
 def quad_taper(tile: Tile, out: Lane) -> None:
     """Hour-glass vector along a bisector, over half that bisector."""
+    _largest_share(tile, _QUAD_SHARES, out)
     for i in range(LANES):
-        out[i] = 2.0 * max(_share(tile, 3, 0, i), _share(tile, 3, 1, i))
+        out[i] *= 2.0
 
 
 @tile_kernel
 def hex_taper(tile: Tile, out: Lane) -> None:
     """Largest mixed mode X_kl along one of its own two axes."""
-    for i in range(LANES):
-        xy = max(_share(tile, 0, 0, i), _share(tile, 0, 1, i))
-        xz = max(_share(tile, 1, 0, i), _share(tile, 1, 2, i))
-        yz = max(_share(tile, 2, 1, i), _share(tile, 2, 2, i))
-        out[i] = max(xy, xz, yz)
+    _largest_share(tile, _HEX_SHARES, out)
 
 
 @tile_kernel

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
 __all__ = [
@@ -167,7 +167,7 @@ def quad_axes(tile: Tile, out: Lane) -> None:
             tile.mode[3, d, i] = 0.25 * ((x[0, d, i] - x[1, d, i]) + (x[2, d, i] - x[3, d, i]))
 
 
-@kernel
+@inner
 def degrees_from_cotangent(c):  # type: ignore[no-untyped-def]
     """Angle in 0..180 degrees whose cotangent is c; accurate to a few ulp at both ends, where acos is not.
 
@@ -189,13 +189,13 @@ def degrees_from_cotangent(c):  # type: ignore[no-untyped-def]
     return (math.pi - arc if c < 0.0 else arc) * (180.0 / math.pi)
 
 
-@kernel
+@inner
 def degrees(square):  # type: ignore[no-untyped-def]
     """Angle from the signed square of its cotangent."""
     return degrees_from_cotangent(math.copysign(math.sqrt(abs(square)), square))
 
 
-@kernel
+@inner
 def corner(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
     """Signed square of the cotangent between two edges (nan where one has no length), and their cross product."""
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -203,7 +203,7 @@ def corner(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
     return dot * abs(dot) / (nx * nx + ny * ny + nz * nz), nx, ny, nz
 
 
-@kernel
+@inner
 def widen(small, large, reflex, corner, turned):  # type: ignore[no-untyped-def]
     """The extremes with one more corner; nan leaves them as they are."""
     small = corner if corner > small and not turned else small

@@ -111,8 +111,11 @@ _KERNEL = types.FunctionType(_SIGNATURE)
 
 
 def tile_kernel(function: Kernel) -> Kernel:
-    """Mark a function `(tile: Tile, out: (L,) float64)` as a stage or metric; compiled when first asked for."""
-    return kernel(function)
+    """Mark a function `(tile: Tile, out: (L,) float64)` as a stage or metric; compiled when first asked for.
+
+    Only the driver and other kernels can call it, which spares compiling the entry point from Python.
+    """
+    return kernel(no_cpython_wrapper=True)(function)
 
 
 @tile_kernel

@@ -9,7 +9,7 @@ import pytest
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import ReadError
-from meshwright.audit.readers.fluent import read_fluent, sniff_fluent
+from meshwright.audit.readers.fluent.reader import read_fluent, sniff_fluent
 from meshwright.audit.readers.source import open_source
 
 # --- two hexes side by side, x from 0 to 2, written by hand -------------------------------------------------------

@@ -11,8 +11,8 @@ import pytest
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.readers.gmsh import read_gmsh
-from meshwright.audit.readers.gmsh_elements import ELEMENTS
+from meshwright.audit.readers.gmsh.elements import ELEMENTS
+from meshwright.audit.readers.gmsh.reader import read_gmsh
 from meshwright.audit.readers.source import open_source
 
 # Gmsh's words in the index of the real files; third order counts as its corners.

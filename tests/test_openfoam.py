@@ -13,7 +13,7 @@ import pytest
 
 from meshwright.audit.errors import ReadError
 from meshwright.audit.geometry import cell_geometry
-from meshwright.audit.readers.openfoam import find_polymesh, read_openfoam
+from meshwright.audit.readers.openfoam.reader import find_polymesh, read_openfoam
 
 _WRITER = runpy.run_path(str(Path(__file__).with_name("foam_writer.py")))
 ENCODINGS, box_mesh, write_polymesh = _WRITER["ENCODINGS"], _WRITER["box_mesh"], _WRITER["write_polymesh"]

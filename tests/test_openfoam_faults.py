@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from meshwright.audit.errors import ReadError
-from meshwright.audit.readers.openfoam import read_openfoam
+from meshwright.audit.readers.openfoam.reader import read_openfoam
 
 _WRITER = runpy.run_path(str(Path(__file__).with_name("foam_writer.py")))
 ENCODINGS, FILES, write_polymesh = _WRITER["ENCODINGS"], _WRITER["FILES"], _WRITER["write_polymesh"]

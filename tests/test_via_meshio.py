@@ -12,7 +12,8 @@ import pytest
 
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.readers import read, via_meshio
+from meshwright.audit.readers import read
+from meshwright.audit.readers.foreign import reader as via_meshio
 
 POINTS = np.array(
     [

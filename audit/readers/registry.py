@@ -83,7 +83,7 @@ def _fluent(probe: Probe) -> bool:
     if not probe.head.startswith(b"("):
         return False
     # Imported when the first byte fits, for the reader needs the compiler and this module must load fast.
-    from meshwright.audit.readers.fluent import sniff_fluent  # noqa: PLC0415
+    from meshwright.audit.readers.fluent.reader import sniff_fluent  # noqa: PLC0415
 
     return sniff_fluent(probe.head, probe.name)
 
@@ -109,7 +109,7 @@ def _suffix(*suffixes: str, content: bytes = b"") -> Sniff:
     return lambda probe: probe.name.endswith(suffixes) and probe.has(content)
 
 
-_VIA_MESHIO = "meshwright.audit.readers.via_meshio:read_via_meshio"
+_VIA_MESHIO = "meshwright.audit.readers.foreign.reader:read_via_meshio"
 
 
 def _meshio(name: str, title: str, suffixes: tuple[str, ...], sniff: Sniff, meshio: str = "", **kept: object) -> Format:
@@ -121,7 +121,7 @@ FORMATS: tuple[Format, ...] = (
         "openfoam",
         "OpenFOAM case or polyMesh",
         (".foam", "/"),
-        "meshwright.audit.readers.openfoam:read_openfoam",
+        "meshwright.audit.readers.openfoam.reader:read_openfoam",
         "own",
         _lines(rb"^FoamFile\b"),
         zones="patches, cellZones, faceZones, pointZones",
@@ -132,7 +132,7 @@ FORMATS: tuple[Format, ...] = (
         "fluent",
         "ANSYS Fluent mesh or case",
         (".msh", ".cas"),
-        "meshwright.audit.readers.fluent:read_fluent",
+        "meshwright.audit.readers.fluent.reader:read_fluent",
         "own",
         _fluent,
         zones="zones with their types",
@@ -143,7 +143,7 @@ FORMATS: tuple[Format, ...] = (
         "gmsh",
         "Gmsh MSH 1, 2 and 4",
         (".msh", ".msh2", ".msh4"),
-        "meshwright.audit.readers.gmsh:read_gmsh",
+        "meshwright.audit.readers.gmsh.reader:read_gmsh",
         "own",
         _lines(rb"\A\$(?:MeshFormat|NOD|Comments|PhysicalNames)\s"),
         zones="physical groups, or CAD entities where there are none",

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from meshwright.audit.cells import CELL_TYPES, ORDER_OF_TYPES
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.mesh import CellBlock, Faces, Mesh
-from meshwright.audit.readers.meshio_faces import Polyhedra, faces_of_cells
-from meshwright.audit.readers.meshio_zones import zones_of
+from meshwright.audit.readers.foreign.faces import Polyhedra, faces_of_cells
+from meshwright.audit.readers.foreign.zones import zones_of
 from meshwright.audit.readers.source import Source
 
 __all__ = ["mesh_of_arrays"]

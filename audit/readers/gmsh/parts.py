@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meshwright.audit.cells import ORDER_OF_TYPES
 from meshwright.audit.errors import ReadError
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
-from meshwright.audit.readers.gmsh_elements import GmshElement
+from meshwright.audit.readers.gmsh.elements import GmshElement
 from meshwright.audit.readers.source import Source
 
 __all__ = ["ElementPart", "NodePart", "mesh_of_parts"]

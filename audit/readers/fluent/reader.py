@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.mesh import Mesh, Zone
-from meshwright.audit.readers.fluent_cells import cell_blocks
-from meshwright.audit.readers.fluent_faces import Live, faces_by_number, live_part
-from meshwright.audit.readers.fluent_parse import read_records
-from meshwright.audit.readers.fluent_records import CELLS, FACES, NODES, FluentRecords, Range
+from meshwright.audit.readers.fluent.cells import cell_blocks
+from meshwright.audit.readers.fluent.faces import Live, faces_by_number, live_part
+from meshwright.audit.readers.fluent.parse import read_records
+from meshwright.audit.readers.fluent.records import CELLS, FACES, NODES, FluentRecords, Range
 from meshwright.audit.readers.source import Source
 
 __all__ = ["read_fluent", "sniff_fluent"]

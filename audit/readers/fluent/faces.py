@@ -16,7 +16,7 @@ from meshwright.audit.csr import take
 from meshwright.audit.errors import ReadError
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Faces, Ints
-from meshwright.audit.readers.fluent_records import CELLS, FACES, FaceRange, FluentRecords, Integers, Range, Tree
+from meshwright.audit.readers.fluent.records import CELLS, FACES, FaceRange, FluentRecords, Integers, Range, Tree
 from meshwright.audit.readers.source import Source
 
 __all__ = ["Live", "faces_by_number", "live_part"]

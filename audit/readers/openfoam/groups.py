@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshwright.audit.mesh import Zone, index_array
-from meshwright.audit.readers.openfoam_file import FoamFile, Token
-from meshwright.audit.readers.openfoam_lists import read_flags, read_labels, skip_value
+from meshwright.audit.readers.openfoam.file import FoamFile, Token
+from meshwright.audit.readers.openfoam.lists import read_flags, read_labels, skip_value
 
 __all__ = ["read_patches", "read_zones"]
 

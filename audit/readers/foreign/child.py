@@ -1,6 +1,6 @@
 """Runs one meshio reader in a process of its own and writes what it found as plain arrays.
 
-`python -P -m meshwright.audit.readers.meshio_child FILE FORMAT RESULT CPU_SECONDS BYTES`
+`python -P -m meshwright.audit.readers.foreign.child FILE FORMAT RESULT CPU_SECONDS BYTES`
 
 Everything that can go wrong here (an endless loop, a gigantic allocation, `sys.exit` inside the library, a
 crash) ends this process and nothing else. What meshio raises is left to end it: its last line is the message.

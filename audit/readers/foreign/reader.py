@@ -18,9 +18,9 @@ import numpy as np
 
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.readers.meshio_checks import check_source, stated_counts
-from meshwright.audit.readers.meshio_child import REFUSED
-from meshwright.audit.readers.meshio_mesh import mesh_of_arrays
+from meshwright.audit.readers.foreign.checks import check_source, stated_counts
+from meshwright.audit.readers.foreign.child import REFUSED
+from meshwright.audit.readers.foreign.mesh import mesh_of_arrays
 from meshwright.audit.readers.source import Source
 
 __all__ = ["read_via_meshio"]
@@ -78,7 +78,7 @@ def _run(source: Source, name: str, path: Path, result: Path, folder: Path) -> N
     size = len(source) if name not in _IN_PLACE else sum(f.stat().st_size for f in path.parent.glob(f"{path.stem}*"))
     cpu = _CPU_SECONDS + _CPU_SECONDS_PER_MEGABYTE * size // _MEGABYTE
     memory = _MEMORY + _MEMORY_PER_BYTE * size
-    module = "meshwright.audit.readers.meshio_child"
+    module = "meshwright.audit.readers.foreign.child"
     command = [sys.executable, "-P", "-m", module, str(path), name, str(result), str(cpu), str(memory)]
     log = folder / "log"
     with log.open("wb") as out:

@@ -11,8 +11,8 @@ from meshwright.audit.csr import faces_by_cell, take
 from meshwright.audit.errors import ReadError
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Ints
-from meshwright.audit.readers.fluent_faces import Live
-from meshwright.audit.readers.fluent_records import FluentRecords
+from meshwright.audit.readers.fluent.faces import Live
+from meshwright.audit.readers.fluent.records import FluentRecords
 from meshwright.audit.readers.source import Source
 
 __all__ = ["cell_blocks"]

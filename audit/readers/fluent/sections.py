@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
-from meshwright.audit.readers.fluent_records import Integers
+from meshwright.audit.readers.fluent.records import Integers
 from meshwright.audit.readers.scan import read_all_ints, read_floats, read_ints, skip_space
 from meshwright.audit.readers.source import Source
 

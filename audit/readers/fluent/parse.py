@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
-from meshwright.audit.readers.fluent_records import (
+from meshwright.audit.readers.fluent.records import (
     CELLS,
     FACES,
     NODES,
@@ -20,7 +20,7 @@ from meshwright.audit.readers.fluent_records import (
     Tree,
     ZoneName,
 )
-from meshwright.audit.readers.fluent_sections import Section, SectionScanner
+from meshwright.audit.readers.fluent.sections import Section, SectionScanner
 from meshwright.audit.readers.source import Source
 
 __all__ = ["read_records"]

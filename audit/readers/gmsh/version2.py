@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.jit import kernel
-from meshwright.audit.readers.gmsh_elements import ELEMENTS, NODE_COUNTS
-from meshwright.audit.readers.gmsh_parts import ElementPart, NodePart
-from meshwright.audit.readers.gmsh_sections import BinaryCursor, FileKind, Section, TextCursor
+from meshwright.audit.readers.gmsh.elements import ELEMENTS, NODE_COUNTS
+from meshwright.audit.readers.gmsh.parts import ElementPart, NodePart
+from meshwright.audit.readers.gmsh.sections import BinaryCursor, FileKind, Section, TextCursor
 from meshwright.audit.readers.scan import float_at, int_at, read_ints, skip_space
 from meshwright.audit.readers.source import Source
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshwright.audit.errors import UnsupportedError
-from meshwright.audit.readers.gmsh2 import scan_node_lines
-from meshwright.audit.readers.gmsh_elements import ELEMENTS
-from meshwright.audit.readers.gmsh_parts import ElementPart, NodePart
-from meshwright.audit.readers.gmsh_sections import BinaryCursor, Cursor, FileKind, Section, TextCursor
+from meshwright.audit.readers.gmsh.elements import ELEMENTS
+from meshwright.audit.readers.gmsh.parts import ElementPart, NodePart
+from meshwright.audit.readers.gmsh.sections import BinaryCursor, Cursor, FileKind, Section, TextCursor
+from meshwright.audit.readers.gmsh.version2 import scan_node_lines
 from meshwright.audit.readers.source import Source
 
 __all__ = ["read_elements", "read_entities", "read_nodes"]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from os import PathLike
 
 from meshwright.audit.errors import ReadError, printable
-from meshwright.audit.readers.openfoam_kernels import skip_blank
+from meshwright.audit.readers.openfoam.kernels import skip_blank
 from meshwright.audit.readers.source import Source, open_source
 
 __all__ = ["FoamFile", "Token", "open_foam"]

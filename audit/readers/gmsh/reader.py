@@ -9,9 +9,10 @@ from collections import Counter
 
 from meshwright.audit.errors import ReadError
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.readers import gmsh2, gmsh4
-from meshwright.audit.readers.gmsh_parts import mesh_of_parts
-from meshwright.audit.readers.gmsh_sections import FileKind, Section, file_kind, physical_names, sections
+from meshwright.audit.readers.gmsh import version2 as gmsh2
+from meshwright.audit.readers.gmsh import version4 as gmsh4
+from meshwright.audit.readers.gmsh.parts import mesh_of_parts
+from meshwright.audit.readers.gmsh.sections import FileKind, Section, file_kind, physical_names, sections
 from meshwright.audit.readers.source import Source
 
 __all__ = ["read_gmsh"]

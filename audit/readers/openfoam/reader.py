@@ -17,10 +17,10 @@ import numpy as np
 from meshwright.audit.assembly import AssemblyError, blocks_from_faces
 from meshwright.audit.errors import ReadError
 from meshwright.audit.mesh import NO_CELL, Faces, Floats, Ints, Mesh, Zone
-from meshwright.audit.readers.openfoam_case import find_file, find_polymesh, notes_of_case, optional_file
-from meshwright.audit.readers.openfoam_file import FoamFile, open_foam
-from meshwright.audit.readers.openfoam_groups import read_patches, read_zones
-from meshwright.audit.readers.openfoam_lists import read_compact_faces, read_faces, read_labels, read_vectors
+from meshwright.audit.readers.openfoam.case import find_file, find_polymesh, notes_of_case, optional_file
+from meshwright.audit.readers.openfoam.file import FoamFile, open_foam
+from meshwright.audit.readers.openfoam.groups import read_patches, read_zones
+from meshwright.audit.readers.openfoam.lists import read_compact_faces, read_faces, read_labels, read_vectors
 
 __all__ = ["find_polymesh", "read_openfoam"]
 

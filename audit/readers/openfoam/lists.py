@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from meshwright.audit.errors import ReadError
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.audit.readers import openfoam_kernels as kernels
-from meshwright.audit.readers.openfoam_file import FoamFile, Token
+from meshwright.audit.readers.openfoam import kernels
+from meshwright.audit.readers.openfoam.file import FoamFile, Token
 
 __all__ = ["read_compact_faces", "read_faces", "read_flags", "read_labels", "read_vectors", "skip_value"]
 

@@ -1,0 +1,1 @@
+"""ANSYS Fluent legacy meshes and cases."""

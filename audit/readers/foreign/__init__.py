@@ -1,0 +1,1 @@
+"""Formats that meshio reads, in a guarded child process."""

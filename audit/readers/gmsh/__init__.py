@@ -1,0 +1,1 @@
+"""Gmsh MSH files, versions 1, 2 and 4."""

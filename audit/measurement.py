@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,11 +14,18 @@ from meshwright.audit.metrics import DEFAULT, METRICS, Metric
 from meshwright.audit.metrics.polytopes import measure_polytopes
 from meshwright.audit.metrics.stages import STAGES
 from meshwright.audit.metrics.tile import LANES, prepare, run_kernels
+from meshwright.audit.parallel import in_parallel, limited_to
 
 __all__ = ["Measured", "clamp", "measure"]
 
+_PIECES = 8
+"""Pieces a large block is cut into: enough to share among a few threads, few enough to start cheaply."""
+
 _LEAST_CHUNK = 512 * LANES
-"""Cells a thread takes at a time at the least; always a whole number of tiles."""
+"""Cells of a piece at the least; always a whole number of tiles."""
+
+_MOST_CHUNK = 2**20
+"""Cells of a piece at the most, so that many processors have enough of them."""
 
 _LEAST_POLYTOPES = 32 * LANES
 """The same for polygons and polyhedra, which take far longer."""
@@ -66,23 +71,23 @@ def measure(
             values[row.id][block.type] = column
         if len(block):
             work.append((block, measure_rows))
-    total = sum(len(block) for block, _ in work)
-    done = 0
-    workers = threads or os.cpu_count() or 1
-    with ThreadPoolExecutor(max_workers=workers) as pool:
-        jobs = []
-        for block, measure_rows in work:
-            least = _LEAST_POLYTOPES if block.type in POLYTOPES else _LEAST_CHUNK
-            chunk = max(least, -(-len(block) // (4 * workers * LANES)) * LANES)
-            for start in range(0, len(block), chunk):
-                stop = min(start + chunk, len(block))
-                jobs.append((pool.submit(measure_rows, start, stop), stop - start))
-        for job, cells in jobs:
-            job.result()
-            done += cells
+    pieces = []
+    for block, measure_rows in work:
+        least = _LEAST_POLYTOPES if block.type in POLYTOPES else _LEAST_CHUNK
+        chunk = max(least, min(_MOST_CHUNK, -(-len(block) // (_PIECES * LANES)) * LANES))
+        pieces += [(measure_rows, start, min(start + chunk, len(block))) for start in range(0, len(block), chunk)]
+    total, done = sum(stop - start for _, start, stop in pieces), 0
+    with limited_to(threads):
+        for (_, start, stop), _ in zip(pieces, in_parallel(_run, pieces), strict=True):
+            done += stop - start
             if progress is not None:
                 progress(done, total)
     return Measured(mesh, rows, values)
+
+
+def _run(piece: tuple[Work, int, int]) -> None:
+    measure_rows, start, stop = piece
+    measure_rows(start, stop)
 
 
 def _fixed(mesh: Mesh, block: CellBlock, rows: tuple[Metric, ...]) -> tuple[NDArray[np.float64], Work]:

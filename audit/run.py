@@ -12,6 +12,7 @@ from meshwright.audit.findings import Finding, run_checks
 from meshwright.audit.measurement import Measured, measure
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import select
+from meshwright.audit.parallel import limited_to
 from meshwright.audit.surface import boundary_mesh
 from meshwright.audit.tables import ASPECT, SKEW
 
@@ -62,14 +63,15 @@ def audit(
         yield
         seconds[name] = time.perf_counter() - start
 
-    with stage("metrics"):
-        tell = None if progress is None else partial(progress, "metrics")
-        measured = measure(mesh, wanted, threads=threads, progress=tell)
-    surface = None
-    if surfaces:
-        with stage("surfaces"):
-            shell = boundary_mesh(mesh)
-            surface = None if shell is None else measure(shell, wanted, threads=threads)
-    with stage("checks"):
-        findings = run_checks(mesh, measured)
+    with limited_to(threads):
+        with stage("metrics"):
+            tell = None if progress is None else partial(progress, "metrics")
+            measured = measure(mesh, wanted, progress=tell)
+        surface = None
+        if surfaces:
+            with stage("surfaces"):
+                shell = boundary_mesh(mesh)
+                surface = None if shell is None else measure(shell, wanted)
+        with stage("checks"):
+            findings = run_checks(mesh, measured)
     return Audit(mesh, measured, findings, chosen, surface, seconds)

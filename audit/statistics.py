@@ -30,8 +30,9 @@ class Statistics:
 
 def statistics(values: NDArray[np.float64]) -> Statistics:
     """Statistics of (n,) values; nan is counted apart and never averaged in."""
-    known = values[~np.isnan(values)]
-    undefined = len(values) - len(known)
+    absent = np.isnan(values)
+    undefined = int(np.count_nonzero(absent))
+    known = values[~absent] if undefined else values
     if not len(known):
         return Statistics(0, undefined, math.nan, math.nan, math.nan, (math.nan,) * len(PERCENTILES))
     with np.errstate(invalid="ignore", over="ignore"):
@@ -61,13 +62,12 @@ def _percentiles(known: NDArray[np.float64], percents: tuple[int, ...]) -> list[
 
 def worst_first(values: NDArray[np.float64], n: int, *, high_is_worse: bool) -> NDArray[np.intp]:
     """Positions of the n worst values, worst first, equal ones by position; nan is never listed."""
-    places = np.flatnonzero(~np.isnan(values))
-    badness = -values[places] if high_is_worse else values[places]
-    n = min(n, len(places))
+    badness = -values if high_is_worse else values
+    n = min(n, len(values) - int(np.count_nonzero(np.isnan(values))))
     if n <= 0:
-        return places[:0]
-    limit = np.partition(badness, n - 1)[n - 1]
+        return np.empty(0, np.intp)
+    limit = np.partition(badness, n - 1)[n - 1]  # nan sorts last
     better = np.flatnonzero(badness < limit)
     equal = np.flatnonzero(badness == limit)[: n - len(better)]
     listed = np.concatenate([better, equal])
-    return places[listed[np.argsort(badness[listed], kind="stable")]]
+    return listed[np.argsort(badness[listed], kind="stable")]

@@ -17,6 +17,7 @@ from meshwright.audit.fingerprint import fingerprint
 from meshwright.audit.measurement import Measured, clamp
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import METRICS
+from meshwright.audit.parallel import in_parallel
 from meshwright.audit.run import Audit
 from meshwright.audit.statistics import PERCENTILES, statistics, worst_first
 from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate
@@ -38,8 +39,9 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
     none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
     worst cells.  sha256: of the file; computed from `mesh.path` when None.
 
-    The verdict (`gate`): "fail" when a check reports an error; else "incomplete" when no chosen metric is defined for
-    the type of some cell; else "warn" for warnings and for values that are undefined; else "pass".
+    The verdict (`gate`): "incomplete" when a coordinate is not finite; else "fail" when a check reports an error; else
+    "incomplete" when no chosen metric is defined for the type of some cell; else "warn" for warnings and for values
+    that are undefined; else "pass".
     """
     mesh, measured = audit.mesh, audit.measured
     chosen = None if zone is None else cells_of_zones(mesh, zone)
@@ -62,7 +64,7 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
         "definitions": {key: _definition(key) for key in audit.chosen},
         "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
         "findings": findings,
-        "gate": _gate(tables, metrics, findings),
+        "gate": _gate(mesh, tables, metrics, findings),
         "notes": [_text(note) for note in mesh.notes],
     }
     if audit.surface is not None:
@@ -179,29 +181,33 @@ def _definition(key: str) -> dict[str, Any]:
 def _metrics(measured: Measured, ids: tuple[str, ...], chosen: Mask | None, n_worst: int) -> dict[str, Any]:
     mesh = measured.mesh
     zone_index = mesh.cell_zone_index()
-    found: dict[str, Any] = {}
-    for key in ids:
-        metric = METRICS[key]
-        found[key] = {}
-        for name, raw in measured.values[key].items():
-            block = mesh.block(name)
-            places = np.arange(len(block)) if chosen is None else np.flatnonzero(chosen[block.rows])
-            if not len(places):
-                continue
-            values = clamp(metric, raw if chosen is None else raw[places])
-            figures = statistics(values)
-            listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
-            found[key][name] = {
-                "count": figures.count,
-                "undefined": figures.undefined,
-                "min": _plain(figures.min),
-                "max": _plain(figures.max),
-                "mean": _plain(figures.mean),
-                **{f"p{p}": _plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
-                "worst": [
-                    _worst_cell(mesh, block, int(places[at]), float(values[at]), zone_index) for at in listed.tolist()
-                ],
-            }
+
+    def figures_of(pair: tuple[str, str]) -> dict[str, Any]:
+        key, name = pair
+        metric, block, raw = METRICS[key], mesh.block(name), measured.values[key][name]
+        places = None if chosen is None else np.flatnonzero(chosen[block.rows])
+        values = clamp(metric, raw if places is None else raw[places])
+        figures = statistics(values)
+        listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
+        listed_places = listed if places is None else places[listed]
+        return {
+            "count": figures.count,
+            "undefined": figures.undefined,
+            "min": _plain(figures.min),
+            "max": _plain(figures.max),
+            "mean": _plain(figures.mean),
+            **{f"p{p}": _plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
+            "worst": [
+                _worst_cell(mesh, block, place, float(values[at]), zone_index)
+                for place, at in zip(listed_places.tolist(), listed.tolist(), strict=True)
+            ],
+        }
+
+    present = [b.type for b in mesh.blocks if len(b) and (chosen is None or chosen[b.rows].any())]
+    pairs = [(key, name) for key in ids for name in present if name in measured.values[key]]
+    found: dict[str, Any] = {key: {} for key in ids}
+    for (key, name), figures in zip(pairs, in_parallel(figures_of, pairs), strict=True):
+        found[key][name] = figures
     return found
 
 
@@ -249,7 +255,9 @@ def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
     }
 
 
-def _gate(tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, Any]:
+def _gate(
+    mesh: Mesh, tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]
+) -> dict[str, Any]:
     """No rules yet: the verdict follows the findings and what could not be measured."""
     unmeasured = []
     for k, name in enumerate(tables.types):
@@ -262,7 +270,10 @@ def _gate(tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]
         if n:
             undefined.append(f"{key} has no value on {n:,} {'cell' if n == 1 else 'cells'}")
     severities = {finding["severity"] for finding in findings}
-    if "error" in severities:
+    if mesh.n_nonfinite:  # nothing can be said about such a mesh, good or bad
+        unmeasured.append(f"{mesh.n_nonfinite:,} points have a coordinate that is not a finite number")
+        verdict = "incomplete"
+    elif "error" in severities:
         verdict = "fail"
     elif unmeasured:
         verdict = "incomplete"

@@ -326,7 +326,7 @@ def test_cells_as_csv_keep_file_order_and_tell_nan_from_not_defined(cell_files):
     assert [row[:3] for row in rows[1:]] == [["11", "tet", ""], ["12", "polyhedron", ""], ["13", "hex", "'=evil"]]
     assert rows[1][3] == "inf"
     assert rows[1][4] == ""
-    assert rows[2][3:] == ["", "", ""]
+    assert rows[2][3:] == ["", "", "90"]
     assert float(rows[3][3]) == 1
     assert float(rows[3][5]) == 90
 

@@ -133,12 +133,19 @@ def test_a_type_that_no_metric_covers_makes_the_audit_incomplete_and_says_so():
     assert "tetrahedron" in document["gate"]["reasons"][0]
 
 
-def test_an_undefined_value_makes_the_audit_incomplete_unless_an_error_was_found():
+def test_a_coordinate_that_is_not_finite_makes_the_audit_incomplete_whatever_else_was_found():
     points = TET.copy()
     points[0] = math.nan
     mesh = Mesh(points, (CellBlock("tet", [0], [[0, 1, 2, 3]]),))
     assert judged(mesh)["gate"]["verdict"] == "incomplete"
-    assert judged(mesh, finding("error"))["gate"]["verdict"] == "fail"
+    assert judged(mesh, finding("error"))["gate"]["verdict"] == "incomplete"
+
+
+def test_a_value_that_is_undefined_is_a_warning_that_says_how_many():
+    collapsed = Mesh(TET, (CellBlock("tet", [0], [[0, 1, 2, 2]]),))
+    gate = judged(collapsed, metrics=tuple(METRICS))["gate"]
+    assert gate["verdict"] == "warn"
+    assert "angle.min has no value on 1 cell" in gate["reasons"]
 
 
 def test_finding_ids_are_the_files_and_at_most_a_hundred():

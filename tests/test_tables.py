@@ -86,7 +86,12 @@ def test_the_limit_of_the_article_is_strict():
 def test_the_edges_are_those_of_the_reference(shared):
     bins = json.loads((shared / "reference" / "golden.json").read_text())["bins"]
     assert list(SKEW_BINS.edges) == bins["eas_edges"]
-    assert list(ASPECT_BINS.edges) == [float(edge) for edge in bins["ar_edges"]]
+    assert list(ASPECT_BINS.edges) == pytest.approx([float(edge) for edge in bins["ar_edges"]], rel=1e-15)
+
+
+def test_a_box_of_exactly_five_to_one_begins_the_bin_from_5():
+    counts = tabulate(measured({"hex": [0.0] * 4}, {"hex": [5.0, 10.0, 2.5, 2.0]})).distributions["aspect_ratio"].counts
+    assert counts[0, 0].tolist() == [0, 0, 0, 0, 0, 1, 1, 0, 1, 1]
 
 
 def test_aspect_ratio_bins_carry_reciprocal_labels():
@@ -147,7 +152,8 @@ def test_a_type_for_which_the_metric_is_not_defined_has_no_counts_but_is_listed(
     ("value", "name"),
     [
         (0.0, "perfect"),
-        (5e-324, "excellent"),
+        (1e-12, "perfect"),  # the rounding of coordinates
+        (2e-9, "excellent"),
         (0.25, "excellent"),
         (math.nextafter(0.25, 1), "good"),
         (0.5, "good"),
@@ -232,7 +238,7 @@ def test_counts_agree_with_a_plain_loop(values):
             continue
         v = min(max(raw, 0.0), 1.0)
         counts[next(k for k in range(9, -1, -1) if v >= k / 10)] += 1
-        bounds = [v == 0, v <= 0.25, v <= 0.5, v <= 0.75, v <= 0.9, v < 1, True]
+        bounds = [v <= 1e-9, v <= 0.25, v <= 0.5, v <= 0.75, v <= 0.9, v < 1, True]
         classes[bounds.index(True)] += 1
         over += v > 0.8
     tables = tabulate(measured({"hex": values, "tet": [0.5]}))

@@ -32,6 +32,7 @@ from meshwright.audit.metrics.stages import faces as face_stage
 from meshwright.audit.metrics.stages import jacobians as jacobian_stage
 from meshwright.audit.metrics.stages import volume as volume_stage
 from meshwright.audit.metrics.tile import LANES, Kernel, prepare, run_kernels
+from meshwright.audit.parallel import in_parallel
 
 __all__ = ["FLAT", "Shapes", "cell_shapes"]
 
@@ -48,7 +49,7 @@ below 2 M, each off by fewer than 12 u: 48 u M**3 a face, and as much again for 
 _CORNER = 1e-14
 """A corner is folded where its scaled Jacobian does not exceed the rounding of the determinant."""
 
-_CHUNK = 1024 * LANES
+_CHUNK = 2048 * LANES
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,13 +119,13 @@ def _fixed_block(mesh: Mesh, block: CellBlock, shapes: Shapes) -> None:
     name = CELL_TYPES[block.type].corners
     kernels, stages = _kernels_for(name, mesh.dimension)
     prepare((*stages, *kernels.values()), block.nodes)
-    table = np.empty((len(kernels), min(_CHUNK, len(block))))
-    for start in range(0, len(block), _CHUNK):
+
+    def measure(start: int) -> None:
         rows = block.rows[start : start + _CHUNK]
         nodes = block.nodes[start : start + _CHUNK]
-        values = table[:, : len(rows)]
+        table = np.empty((len(kernels), len(rows)))
         run_kernels(name, mesh.points, nodes, 0, len(rows), stages, tuple(kernels.values()), table)
-        column = dict(zip(kernels, values, strict=True))
+        column = dict(zip(kernels, table, strict=True))
         relative = column["relative"]
         _decide(mesh, name, nodes, relative)
         shapes.relative[rows] = relative
@@ -135,6 +136,9 @@ def _fixed_block(mesh: Mesh, block: CellBlock, shapes: Shapes) -> None:
             shapes.turned[rows] = column["side"] <= 0.0
             for axis in range(3):
                 shapes.centre[rows, axis] = mesh.points[nodes[:, 0], axis] + column[f"centre {axis}"]
+
+    for _ in in_parallel(measure, range(0, len(block), _CHUNK)):
+        pass
 
 
 def _kernels_for(name: str, dimension: int) -> tuple[dict[str, Kernel], tuple[Kernel, ...]]:

@@ -11,10 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numba import typeof, types
+from numba.np.numpy_support import from_dtype
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
@@ -176,8 +178,9 @@ def rescale(x, points, nodes):  # type: ignore[no-untyped-def]
     return math.ldexp(4.0, exponent)
 
 
-def _driver_signature(index: Any) -> Any:
-    nodes = types.Array(index, 2, "C", readonly=True)
+@cache
+def _driver_signature(index: np.dtype) -> Any:
+    nodes = types.Array(from_dtype(index), 2, "C", readonly=True)
     points = types.Array(types.float64, 2, "C", readonly=True)
     columns = types.Array(types.int64, 1, "C")
     return types.void(
@@ -215,7 +218,7 @@ def prepare(functions: Iterable[Kernel], nodes: NDArray[np.integer]) -> None:
     """
     for function in (_nothing, *functions):
         function.compile(_SIGNATURE)
-    signature = _driver_signature(types.int32 if nodes.dtype == np.int32 else types.int64)
+    signature = _driver_signature(nodes.dtype)
     if signature.args not in _run_tiles.overloads:
         _run_tiles.disable_compile(False)
         _run_tiles.compile(signature)
@@ -240,9 +243,11 @@ def run_kernels(
     """
     room = _SLOTS - len(stages)
     tile = _new_tile(type_name)
+    # the entry point itself: working out the types of forty functions at every call costs more than 10,000 cells do
+    run = _run_tiles.overloads[_driver_signature(nodes.dtype).args].entry_point
     for begin in range(0, len(metrics), room):
         batch = metrics[begin : begin + room]
         functions = (*stages, *batch)
         padding = (_nothing,) * (_SLOTS - len(functions))
         columns = np.array([-1] * len(stages) + list(range(begin, begin + len(batch))), dtype=np.int64)
-        _run_tiles(tile, points, nodes, start, stop, (*functions, *padding), columns, out)
+        run(tile, points, nodes, start, stop, (*functions, *padding), columns, out)

@@ -71,9 +71,8 @@ def read_labels(
             raise _bad_entry(file, stop, wanted, done, head.count)
         return values, file.take(stop, ")", f"after {head.count} entries ({what})")
     numbers, stop = _raw(file, head, 1, "i", file.label_bytes, what)
-    bad = (numbers < least) | (numbers >= end)
-    if bad.any():
-        worst = int(bad.argmax())
+    if len(numbers) and (numbers.min() < least or numbers.max() >= end):
+        worst = int(((numbers < least) | (numbers >= end)).argmax())
         raise _bad_number(file, stop, numbers, worst, f"{wanted} (entry {worst} of {head.count})")
     return numbers.astype(dtype, copy=False), stop
 

@@ -25,7 +25,8 @@ def list_metrics() -> str:
     """A line per metric."""
     table = Grid((Column("metric"), Column("title", cut=True), Column("best"), Column("defined on")), indent=0)
     for metric in METRICS.values():
-        table.add(metric.id, metric.title, _best(metric), " ".join(metric.on))
+        kinds = "all" if set(metric.on) >= set(LINEAR_TYPES + POLYTOPES) else " ".join(metric.on)
+        table.add(metric.id, metric.title, _best(metric), kinds)
     note = "" if len(DEFAULT) == len(METRICS) else f"\n`--metrics default` measures: {', '.join(DEFAULT)}"
     return _print(table, Text(f"{note}\nmeshwright explain METRIC tells more.", style="dim"))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 
 __all__ = ["cells_by_faces", "cells_by_table", "edge_rows", "face_rows", "one_cell", "one_face"]
@@ -12,7 +12,7 @@ __all__ = ["cells_by_faces", "cells_by_table", "edge_rows", "face_rows", "one_ce
 Vector = tuple[float, float, float]
 
 
-@kernel
+@inner
 def _triangle(p: Vector, q: Vector, r: Vector) -> Vector:
     """Twice the area vector of the triangle p, q, r."""
     ux, uy, uz = q[0] - p[0], q[1] - p[1], q[2] - p[2]
@@ -20,12 +20,12 @@ def _triangle(p: Vector, q: Vector, r: Vector) -> Vector:
     return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
 
 
-@kernel
+@inner
 def _node(points: Floats, node: int, origin: Vector) -> Vector:
     return points[node, 0] - origin[0], points[node, 1] - origin[1], points[node, 2] - origin[2]
 
 
-@kernel
+@inner
 def one_face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector) -> tuple[Vector, Vector]:
     """(area vector, centre) of one face, seen from `origin`."""
     if size == 3:
@@ -66,7 +66,7 @@ def one_face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector)
     return area, (mean[0] + cx / weight, mean[1] + cy / weight, mean[2] + cz / weight)
 
 
-@kernel
+@inner
 def one_cell(areas: Floats, centres: Floats, m: int) -> tuple[float, Vector]:
     """(volume, centre) from the outward areas and the centres of m faces."""
     ex = ey = ez = 0.0

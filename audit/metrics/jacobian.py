@@ -9,7 +9,7 @@ import numpy as np
 from meshwright.audit.jit import inner
 from meshwright.audit.metrics.aspect import FLAT
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.metrics.stages import Lane, faces, jacobians
+from meshwright.audit.metrics.stages import Lane, edges, faces, jacobians
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
 __all__ = ["ROWS"]
@@ -24,14 +24,9 @@ def corner_determinant(tile: Tile, out: Lane) -> None:
 @inner
 def _ratio(tile, low, high, out):  # type: ignore[no-untyped-def]
     """low / high; 0 for a flat cell."""
-    extent = tile.work[2]
     for i in range(LANES):
-        extent[i] = 0.0
-    for j in range(1, len(tile.x)):
-        for i in range(LANES):
-            extent[i] = max(extent[i], tile.x[j, 0, i] ** 2 + tile.x[j, 1, i] ** 2 + tile.x[j, 2, i] ** 2)
-    for i in range(LANES):
-        flat = high[i] <= FLAT * extent[i] * math.sqrt(extent[i])
+        longest2 = tile.edge_range[1, i]
+        flat = high[i] <= FLAT * longest2 * math.sqrt(longest2)
         out[i] = low[i] / high[i] if not flat else 0.0
 
 
@@ -114,7 +109,7 @@ ROWS = (
         source="Ansys ICEM CFD help 24.2; corners only for other types than the hex",
         caveat="Always 1 or -1 for a tet, whose Jacobian is constant. ICEM asks for more than 0.3.",
         kernel={t: (quad_determinant if t == "quad" else corner_determinant) for t in ("quad", "tet", "pyramid", "wedge", "hex")},
-        stages={t: ((faces,) if t == "quad" else (jacobians,)) for t in ("quad", "tet", "pyramid", "wedge", "hex")},
+        stages={t: ((faces,) if t == "quad" else (edges, jacobians)) for t in ("quad", "tet", "pyramid", "wedge", "hex")},
     ),
     Metric(
         id="icem.determinant_3x3x3", title="Determinant 3x3x3", on=("hex",), unit="1", low=-1.0, high=1.0, best="high",
@@ -122,6 +117,6 @@ ROWS = (
         formula="min J / max |J| at 27 points: corners, edge middles, face centres, body centre",
         source="Ansys ICEM CFD help 24.2; Jmin/max|J|, because the printed form gives +1 for a mirrored cell",
         caveat="A hex twisted by 90 degrees scores 1 at the corners and 0.5 here.",
-        kernel=determinant_27, stages=(jacobians,),
+        kernel=determinant_27, stages=(edges, jacobians),
     ),
 )  # fmt: skip

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.connectivity import faces
-from meshwright.audit.csr import ragged, sort_keys, uniform_offsets
-from meshwright.audit.jit import kernel
+from meshwright.audit.csr import ragged, uniform_offsets
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, index_array
 from meshwright.audit.metrics.angles import deviation_of_face, skew_of_face
 from meshwright.audit.metrics.stages import corner, degrees, widen
@@ -109,9 +109,10 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
         for i in range(m):
             face = cells.faces[cells.starts[c] + i]
             first, n = cell.ends[i], cell.ends[i + 1] - cell.ends[i]
-            a, cell.centre[i] = one_face(cell.x, cell.place, first, n, (0.0, 0.0, 0.0))
+            area, centre = one_face(cell.x, cell.place, first, n, (0.0, 0.0, 0.0))
             outward = 1.0 if cells.owner[face] == cells.rows[c] else -1.0
-            cell.area[i, 0], cell.area[i, 1], cell.area[i, 2] = outward * a[0], outward * a[1], outward * a[2]
+            for d in range(3):  # a whole row at once would compile for a second longer
+                cell.area[i, d], cell.centre[i, d] = outward * area[d], centre[d]
             shortest, longest = _edge_range(cell.x, first, n)
             short, long = min(short, shortest), max(long, longest)
             smallest, largest, undefined = _angle_range(cell.x, first, n)
@@ -130,8 +131,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
         if solid:
             shapes.size[c] = one_cell(cell.area, cell.centre, m)[0] * unit * unit * unit
         else:
-            ax, ay, az = cell.area[0]
-            shapes.size[c] = math.sqrt(ax * ax + ay * ay + az * az) * unit * unit
+            shapes.size[c] = math.sqrt(cell.area[0, 0] ** 2 + cell.area[0, 1] ** 2 + cell.area[0, 2] ** 2) * unit * unit
         shapes.shortest[c] = math.sqrt(short) * unit
         shapes.longest[c] = math.sqrt(long) * unit
         shapes.edge_ratio[c] = math.sqrt(long / short) if short > 0.0 else np.inf
@@ -142,7 +142,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
         shapes.deviation[c] = deviation
 
 
-@kernel
+@inner
 def _room(cells, begin, end):  # type: ignore[no-untyped-def]
     """Room for the largest of these cells."""
     most_faces, most_corners = 0, 0
@@ -164,7 +164,7 @@ def _room(cells, begin, end):  # type: ignore[no-untyped-def]
     )
 
 
-@kernel
+@inner
 def _gather(cells, c, cell):  # type: ignore[no-untyped-def]
     """Copy the corners of one cell; returns the length of its unit, nan for a cell with a non-finite corner."""
     points, x = cells.points, cell.x
@@ -184,7 +184,7 @@ def _gather(cells, c, cell):  # type: ignore[no-untyped-def]
     return 1.0 if SAFE_LOW < extent < SAFE_HIGH else rescale(x[:k], points, cell.node)
 
 
-@kernel
+@inner
 def _edge_range(x, first, n):  # type: ignore[no-untyped-def]
     """Smallest and largest squared edge of one face."""
     low, high = np.inf, 0.0
@@ -196,7 +196,7 @@ def _edge_range(x, first, n):  # type: ignore[no-untyped-def]
     return low, high
 
 
-@kernel
+@inner
 def _area_vector(x, first, n):  # type: ignore[no-untyped-def]
     """Twice the area vector of a face, its triangles taken in pairs: the product of the diagonals for n = 4.
 
@@ -211,7 +211,7 @@ def _area_vector(x, first, n):  # type: ignore[no-untyped-def]
     return nx, ny, nz
 
 
-@kernel
+@inner
 def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     """Smallest and largest corner angle of one face in degrees, nan where it has none, and its corners without one.
 
@@ -241,7 +241,7 @@ def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     return low, high, undefined
 
 
-@kernel
+@inner
 def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def]
     """Largest deviation in a cell with edges of zero length, nan for none.
 
@@ -260,7 +260,7 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
                 broken |= x[o, 0] == x[other, 0] and x[o, 1] == x[other, 1] and x[o, 2] == x[other, 2]
             keys[o] = 2 * ((last - first) * n_points + cell.node[o]) + broken
             b = o
-    sort_keys(keys, k)
+    _sort(keys)
     sound = np.zeros(k + 1, np.bool_)
     for j in range(k):
         # the last key of a node on the faces of one size is odd where one of its corners is broken
@@ -272,3 +272,18 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
         if sound[cell.ends[i + 1] - cell.ends[i]] and (off > deviation or deviation != deviation):
             deviation = off
     return deviation
+
+
+@inner
+def _sort(keys):  # type: ignore[no-untyped-def]
+    """Shell sort in place, gaps of Gonnet and Baeza-Yates (1991): numba's own sort takes seconds to compile."""
+    gap = keys.size
+    while gap > 1:
+        gap = max(1, (5 * gap - 1) // 11)
+        for i in range(gap, keys.size):
+            key = keys[i]
+            j = i
+            while j >= gap and keys[j - gap] > key:
+                keys[j] = keys[j - gap]
+                j -= gap
+            keys[j] = key

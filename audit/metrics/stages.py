@@ -74,10 +74,10 @@ def faces(tile: Tile, out: Lane) -> None:
                 quads[r - len(tris), 1],
                 quads[r - len(tris), 3],
             )
-        x, y, z, area = tile.x[:, 0], tile.x[:, 1], tile.x[:, 2], tile.face[r]
+        x, area = tile.x, tile.face[r]
         for i in range(LANES):
-            ux, uy, uz = x[b, i] - x[a, i], y[b, i] - y[a, i], z[b, i] - z[a, i]
-            vx, vy, vz = x[d, i] - x[c, i], y[d, i] - y[c, i], z[d, i] - z[c, i]
+            ux, uy, uz = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
+            vx, vy, vz = x[d, 0, i] - x[c, 0, i], x[d, 1, i] - x[c, 1, i], x[d, 2, i] - x[c, 2, i]
             area[0, i] = 0.5 * (uy * vz - uz * vy)
             area[1, i] = 0.5 * (uz * vx - ux * vz)
             area[2, i] = 0.5 * (ux * vy - uy * vx)
@@ -116,16 +116,16 @@ def volume(tile: Tile, out: Lane) -> None:
 def jacobians(tile: Tile, out: Lane) -> None:
     """Determinant of the edge triple at each corner; the apex of a pyramid has none."""
     triads = tile.tables.triads
-    x, y, z = tile.x[:, 0], tile.x[:, 1], tile.x[:, 2]
+    x = tile.x
     low, high = tile.jacobian_range[0], tile.jacobian_range[1]
     for i in range(LANES):
         low[i], high[i] = np.inf, 0.0
     for r in range(len(triads)):
         o, a, b, c = triads[r, 0], triads[r, 1], triads[r, 2], triads[r, 3]
         for i in range(LANES):
-            ux, uy, uz = x[a, i] - x[o, i], y[a, i] - y[o, i], z[a, i] - z[o, i]
-            vx, vy, vz = x[b, i] - x[o, i], y[b, i] - y[o, i], z[b, i] - z[o, i]
-            wx, wy, wz = x[c, i] - x[o, i], y[c, i] - y[o, i], z[c, i] - z[o, i]
+            ux, uy, uz = x[a, 0, i] - x[o, 0, i], x[a, 1, i] - x[o, 1, i], x[a, 2, i] - x[o, 2, i]
+            vx, vy, vz = x[b, 0, i] - x[o, 0, i], x[b, 1, i] - x[o, 1, i], x[b, 2, i] - x[o, 2, i]
+            wx, wy, wz = x[c, 0, i] - x[o, 0, i], x[c, 1, i] - x[o, 1, i], x[c, 2, i] - x[o, 2, i]
             j = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
             tile.jacobian[r, i] = j
             low[i] = min(low[i], j)
@@ -232,9 +232,15 @@ def angles(tile: Tile, out: Lane) -> None:
                     ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
                     fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
                     gx, gy, gz = x[a, 0, i] - x[c, 0, i], x[a, 1, i] - x[c, 1, i], x[a, 2, i] - x[c, 2, i]
-                    s0 = corner(ex, ey, ez, -gx, -gy, -gz)[0]
-                    s1 = corner(fx, fy, fz, -ex, -ey, -ez)[0]
-                    s2 = corner(gx, gy, gz, -fx, -fy, -fz)[0]
+                    # all three corners have the same cross product
+                    nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
+                    n2 = nx * nx + ny * ny + nz * nz
+                    s0, s1, s2 = (
+                        -(ex * gx + ey * gy + ez * gz),
+                        -(fx * ex + fy * ey + fz * ez),
+                        -(gx * fx + gy * fy + gz * fz),
+                    )
+                    s0, s1, s2 = s0 * abs(s0) / n2, s1 * abs(s1) / n2, s2 * abs(s2) / n2
                     shapeless[i] += (s0 != s0) + (s1 != s1) + (s2 != s2)
                     low, high, _ = widen(small[i], large[i], 0.0, s0, False)
                     low, high, _ = widen(low, high, 0.0, s1, False)
@@ -260,6 +266,9 @@ def angles(tile: Tile, out: Lane) -> None:
                     low, high, back = widen(low, high, back, s2, cx * nx + cy * ny + cz * nz < 0.0)
                     low, high, back = widen(low, high, back, s3, dx * nx + dy * ny + dz * nz < 0.0)
                     small[i], large[i], reflex[i] = low, high, back
+        if len(tris if shape == 0 else quads) == 0:
+            tile.angle[2 * shape : 2 * shape + 2] = np.nan
+            continue
         for i in range(LANES):
             defined = large[i] < np.inf or small[i] > -np.inf
             low, high = degrees(small[i]), degrees(large[i])

@@ -20,7 +20,7 @@ from numba.np.numpy_support import from_dtype
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 
 __all__ = [
     "LANES",
@@ -154,7 +154,7 @@ def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer],
                 finite[i], tile.unit[i] = 0.0, 1.0
 
 
-@kernel
+@inner
 def rescale(x, points, nodes):  # type: ignore[no-untyped-def]
     """Gather the corners x (n, 3) of a huge, tiny or broken cell again, in units of a power of two near its size.
 

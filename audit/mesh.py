@@ -152,6 +152,8 @@ class Mesh:
     dimension: 2 for a flat mesh in the x-y plane, where +z is the reference normal; otherwise 3 (a shell
     has dimension 3 and cells of `cell_dimension` 2).
     cell_ids, point_ids, boundary_ids: the file's own numbers, or None for 0, 1, 2, ...
+    spare_points: rows of points that cells of the file use and `blocks` do not, since only a part of the nodes of
+    those cells is kept (third order and higher); they are not debris.
     notes: the loss ledger: one sentence for each thing in the file that the mesh does not hold.
     """
 
@@ -164,6 +166,7 @@ class Mesh:
     cell_ids: Ints | None = None
     point_ids: Ints | None = None
     boundary_ids: Ints | None = None
+    spare_points: Ints | None = None
     path: str = ""
     format: str = ""
     notes: tuple[str, ...] = ()
@@ -173,7 +176,7 @@ class Mesh:
         if points.ndim != 2 or points.shape[1] != 3:
             raise MeshError(f"points must have shape (n, 3), got {points.shape}")
         object.__setattr__(self, "points", _frozen(points))
-        for name in ("cell_ids", "point_ids", "boundary_ids"):
+        for name in ("cell_ids", "point_ids", "boundary_ids", "spare_points"):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, index_array(getattr(self, name)))
         if self.dimension not in (2, 3):
@@ -192,6 +195,7 @@ class Mesh:
 
     def _check_indices(self) -> None:
         n = len(self.points)
+        _check_range("spare point", self.spare_points, n)
         for block in (*self.blocks, *self.boundary):
             _check_range(f"node of a {block.type}", block.nodes, n)
             if block.type == "polygon":
@@ -238,7 +242,7 @@ class Mesh:
         """Cells by type, in the order of the blocks."""
         return {block.type: len(block) for block in self.blocks}
 
-    @property
+    @cached_property
     def cell_zones(self) -> tuple[Zone, ...]:
         """The zones that group cells."""
         return tuple(zone for zone in self.zones if zone.entity == "cell")

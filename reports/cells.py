@@ -33,7 +33,7 @@ def cell_table(audit: Audit, chosen: Mask | None = None) -> pa.Table:
         type_codes[block.rows] = code
     zone_codes = mesh.cell_zone_index()
     types = pa.array([block.type for block in mesh.blocks], pa.string())
-    zones = pa.array([csv_cell(zone.name) for zone in mesh.cell_zones], pa.string())
+    zones = pa.array([zone.name.encode("utf-8", "replace").decode() for zone in mesh.cell_zones], pa.string())
     columns = {
         "cell": pa.array(mesh.ids_of_cells(np.arange(mesh.n_cells)).astype(np.int64)),
         "type": types.take(pa.array(type_codes)),
@@ -60,7 +60,12 @@ def _write_parquet(audit: Audit, chosen: Mask | None, stream: BinaryIO) -> None:
 def _write_csv(audit: Audit, chosen: Mask | None, stream: BinaryIO) -> None:
     from pyarrow import csv  # noqa: PLC0415 - slow to import, wanted by one format
 
-    csv.write_csv(cell_table(audit, chosen), stream, csv.WriteOptions(quoting_style="needed"))
+    table = cell_table(audit, chosen)
+    column = table.column_names.index("zone")
+    names = table.column(column).combine_chunks().dictionary_encode()
+    safe = pa.array([csv_cell(name) for name in names.dictionary.to_pylist()], pa.string())
+    table = table.set_column(column, "zone", safe.take(names.indices))
+    csv.write_csv(table, stream, csv.WriteOptions(quoting_style="needed"))
 
 
 def _write_vtu(audit: Audit, chosen: Mask | None, stream: BinaryIO) -> None:

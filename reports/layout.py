@@ -21,7 +21,7 @@ _LEAST_NAME = 8
 class Column:
     """A column.
 
-    cut: holds names, which may be shortened.  optional: may be left out, the highest number first.  short: title
+    cut: holds names, which may be shortened, at the front when keep_end.  optional: may be left out, the highest number first.  short: title
     to use where the page is narrow.
     """
 
@@ -31,6 +31,7 @@ class Column:
     optional: int = 0
     style: str = ""
     short: str = ""
+    keep_end: bool = False
 
 
 @dataclass
@@ -93,7 +94,7 @@ class Grid:
         for place, c in enumerate(shown):
             cell = cells[c].copy()
             if cell_len(cell.plain) > widths[c]:
-                cell = Text(set_cell_size(cell.plain, widths[c] - 1) + "…", style=cell.style)
+                cell = Text(_cut(cell.plain, widths[c], keep_end=self.columns[c].keep_end), style=cell.style)
             blank = Text(" " * (widths[c] - cell_len(cell.plain)))
             cell.stylize_before(style or self.columns[c].style)
             line.append_text(blank + cell if self.columns[c].align == "r" else cell + blank)
@@ -101,6 +102,15 @@ class Grid:
                 line.append(" " * self.gap)
         line.rstrip()
         return line
+
+
+def _cut(text: str, width: int, *, keep_end: bool) -> str:
+    """The text in `width` columns, with an ellipsis where some of it is missing."""
+    if not keep_end:
+        return set_cell_size(text, width - 1) + "…"
+    while cell_len(text) > width - 1:
+        text = text[1:]
+    return f"…{text}"
 
 
 def page_text(parts: Iterable[RenderableType], width: int, *, colour: bool) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.tables import BINNINGS
 from meshwright.reports.outputs import Batch, Page
-from meshwright.reports.wording import figure, markdown, percent, size
+from meshwright.reports.wording import figure, markdown, not_defined, percent, size
 
 __all__ = ["render"]
 
@@ -60,7 +60,7 @@ def _document(document: dict[str, Any], page: Page) -> Iterator[str]:
 
 def _judgement(document: dict[str, Any]) -> Iterator[str]:
     for reason in document["gate"]["reasons"]:
-        yield f"Incomplete: {markdown(reason, 200)}."
+        yield f"Note: {markdown(reason, 200)}."
     if not document["findings"]:
         yield "No findings."
         return
@@ -105,6 +105,8 @@ def _tables(tables: dict[str, Any]) -> Iterator[str]:
             lines.append(("undefined", "", *(size(found["undefined"][kind]) for kind in kinds)))
         yield f"**{binning.title}**"
         yield _table((*binning.columns, *kinds), "ll" + "r" * len(kinds), lines)
+        if left_out := not_defined(tables, kinds):
+            yield left_out
     classes = tables["gambit_classes"]
     kinds = list(classes["counts"])
     if kinds:
@@ -114,6 +116,8 @@ def _tables(tables: dict[str, Any]) -> Iterator[str]:
         ]
         yield "**GAMBIT classes of equi-angle skew**"
         yield _table(("Class", "Range", *kinds), "ll" + "r" * len(kinds), lines)
+        if left_out := not_defined(tables, kinds):
+            yield left_out
         yield f"Mean {figure(classes['mean'])}; a high-quality mesh has about {classes['hint']}."
 
 

@@ -20,6 +20,7 @@ from meshwright.reports.text_tables import (
     worst_tables,
     zone_figures,
     zone_table,
+    zones_left_out,
 )
 from meshwright.reports.verdicts import worst_verdict
 from meshwright.reports.wording import name, plural, size
@@ -54,7 +55,7 @@ def render(batch: Batch, page: Page) -> str:
 def _report(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
     yield from _title(document, page, document["gate"]["verdict"])
     yield _facts(document)
-    yield from _verdict(document)
+    yield from _verdict(document, page)
     yield from article_tables(document)
     if any(document["metrics"].values()):
         yield section("Metrics", "clamped to the range of each metric; * marks the end that is worse")
@@ -63,6 +64,8 @@ def _report(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
     if document["zones"]:
         yield section("Zones")
         yield zone_table(document)
+        if left_out := zones_left_out(document):
+            yield Text(f"  {left_out}", style="dim")
     if "surface" in document:
         yield section("Boundary surface", "measured as a shell of its own")
         yield from article_tables(document["surface"])
@@ -118,7 +121,7 @@ def _facts(document: dict[str, Any]) -> Grid:
     return grid
 
 
-def _verdict(document: dict[str, Any]) -> Iterator[RenderableType]:
+def _verdict(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
     findings, gate = document["findings"], document["gate"]
     counts = {s: sum(f["severity"] == s for f in findings) for s in ("error", "warning")}
     words = [plural(n, severity) for severity, n in counts.items() if n]
@@ -131,18 +134,21 @@ def _verdict(document: dict[str, Any]) -> Iterator[RenderableType]:
     if findings:
         yield section("Findings")
         for finding in sorted(findings, key=lambda f: _SEVERITIES.index(f["severity"])):
-            yield from _finding(finding)
+            yield from _finding(finding, page.width)
 
 
-def _finding(finding: dict[str, Any]) -> Iterator[RenderableType]:
+def _finding(finding: dict[str, Any], width: int) -> Iterator[RenderableType]:
     severity = finding["severity"]
     line = Text(f"  {severity:<9}", style=_STYLES[severity])
     line.append(finding["code"], style="bold default")
     if finding["entity"] != "zone":
         line.append(f"  {plural(finding['count'], finding['entity'])}", style="not bold default")
-    if finding["ids"]:
-        more = ", …" if finding["count"] > _IDS_SHOWN else ""
-        line.append(f"  {', '.join(map(str, finding['ids'][:_IDS_SHOWN]))}{more}", style="not bold dim default")
+    for shown in range(min(_IDS_SHOWN, len(finding["ids"])), 0, -1):
+        more = ", …" if finding["count"] > shown else ""
+        ids = f"  {', '.join(map(str, finding['ids'][:shown]))}{more}"
+        if len(line) + len(ids) <= width:
+            line.append(ids, style="not bold dim default")
+            break
     yield line
     yield Padding(Text(name(finding["message"], 600)), (0, 0, 0, 11))
 
@@ -155,7 +161,8 @@ def _item(text: str) -> RenderableType:
 def _overview(batch: Batch) -> Iterator[RenderableType]:
     """One line a mesh, then the verdict of the run."""
     numbers = ("cells", "worst skew", "> 0.8", "errors", "warnings")
-    grid = Grid((Column("mesh", cut=True), *(Column(title, "r") for title in numbers), Column("verdict")), indent=0)
+    mesh = Column("mesh", cut=True, keep_end=True)
+    grid = Grid((mesh, *(Column(title, "r") for title in numbers), Column("verdict")), indent=0)
     for document in batch.documents:
         severities = [finding["severity"] for finding in document["findings"]]
         verdict = document["gate"]["verdict"]

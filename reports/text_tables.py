@@ -6,14 +6,15 @@ from collections.abc import Iterator
 from typing import Any
 
 from rich.console import RenderableType
+from rich.padding import Padding
 from rich.text import Text
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.tables import BINNINGS, OVER, SKEW
+from meshwright.audit.tables import BINNINGS, OVER, ROUNDING, SKEW
 from meshwright.reports.layout import Column, Grid
-from meshwright.reports.wording import figure, name, number, percent, plural, size
+from meshwright.reports.wording import figure, name, not_defined, number, percent, plural, size
 
-__all__ = ["article_tables", "metric_table", "section", "type_title", "worst_tables", "zone_figures", "zone_table"]
+__all__ = ["article_tables", "metric_table", "section", "type_title", "worst_tables", "zone_figures", "zone_table", "zones_left_out"]
 
 _MOST_ZONES = 30
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
@@ -45,6 +46,7 @@ def article_tables(tables: dict[str, Any]) -> Iterator[RenderableType]:
             yield section(binning.title)
             labels = list(zip(binning.labels, binning.mirrored_labels, strict=True))
             yield _counts(binning.columns, labels, found["counts"], found["undefined"])
+            yield from _left_out(tables, found["counts"])
     classes = tables["gambit_classes"]
     if classes["counts"]:
         aside = f"mean {figure(classes['mean'])}; a high-quality mesh has about {classes['hint']}"
@@ -52,6 +54,13 @@ def article_tables(tables: dict[str, Any]) -> Iterator[RenderableType]:
         labels = [(entry["name"], entry["range"].replace("<=", "≤")) for entry in classes["classes"]]
         undefined = tables["distributions"]["equiangle_skew"]["undefined"]
         yield _counts(("class", "range"), labels, classes["counts"], undefined)
+        yield from _left_out(tables, classes["counts"])
+
+
+def _left_out(tables: dict[str, Any], counts: dict[str, list[int]]) -> Iterator[RenderableType]:
+    """A line under a table that does not count every cell."""
+    if text := not_defined(tables, counts):
+        yield Padding(Text(text, style="dim"), (0, 0, 0, 2))
 
 
 def _quality(tables: dict[str, Any]) -> Grid:
@@ -138,7 +147,7 @@ def metric_table(document: dict[str, Any]) -> Iterator[RenderableType]:
     yield grid
     nowhere = [key for key, of_type in metrics.items() if not of_type]
     if nowhere:
-        yield Text(f"  not defined for these cells: {', '.join(nowhere)}", style="dim")
+        yield Padding(Text(f"not defined for these cells: {', '.join(nowhere)}", style="dim"), (0, 0, 0, 2))
 
 
 def worst_tables(document: dict[str, Any]) -> Iterator[RenderableType]:
@@ -153,8 +162,9 @@ def worst_tables(document: dict[str, Any]) -> Iterator[RenderableType]:
     longest = max(len(figures["worst"]) for figures in metrics[first].values())
     yield _cell_grid(document, [(first, kind, cell) for kind, cell in merged[:longest]], with_metric=False)
     others = [(key, *_merged(document, key)[0]) for key in judged if key != first]
+    others = [row for row in others if not _perfect(document["definitions"][row[0]], row[2]["value"])]
     if others:
-        yield section("Worst cell of every other metric")
+        yield section("Worst cell of every other metric", "those without a fault are left out")
         yield _cell_grid(document, others, with_metric=True)
 
 
@@ -182,6 +192,12 @@ def _cell_grid(document: dict[str, Any], rows: list[tuple[str, str, dict[str, An
     return grid
 
 
+def _perfect(definition: dict[str, Any], value: Any) -> bool:
+    """Whether a value is the best there is, to rounding."""
+    best = definition["low"] if definition["best"] == "low" else definition["high"]
+    return abs(number(value) - number(best)) <= ROUNDING
+
+
 def _merged(document: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any]]]:
     """The worst lists of all types as one, worst first."""
     sign = -1 if document["definitions"][key]["best"] == "low" else 1
@@ -190,7 +206,7 @@ def _merged(document: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any
 
 
 def zone_table(document: dict[str, Any]) -> Grid:
-    """All zones with their size; cell zones with their worst skew and share above 0.8."""
+    """The zones with their size; cell zones with their worst skew and share above 0.8; of many, the worst."""
     grid = Grid(
         (
             Column("zone", cut=True),
@@ -201,20 +217,39 @@ def zone_table(document: dict[str, Any]) -> Grid:
             Column("> 0.8", "r"),
         )
     )
-    of_cells = iter([t for t in document["zone_tables"] if t["zone"] is not None])
-    tables = {t["zone"]: t for t in of_cells}
-    for zone in document["zones"][:_MOST_ZONES]:
-        measured = tables.get(zone["name"]) if zone["entity"] == "cell" else None
+    rows = list(_zones_with_tables(document))
+    if len(rows) > _MOST_ZONES:
+        rows.sort(key=lambda row: -_worst_skew(row[1]))
+    for zone, measured in rows[:_MOST_ZONES]:
         figures = zone_figures(measured) if measured else ()
         words = (name(zone[key], 60) for key in ("name", "kind", "role"))
         grid.add(*words, plural(zone["count"], zone["entity"]), *figures)
     for loose in document["zone_tables"]:
         if loose["zone"] is None:
             grid.add("(no zone)", "", "", plural(loose["count"], "cell"), *zone_figures(loose), style="dim")
-    left = len(document["zones"]) - _MOST_ZONES
-    if left > 0:
-        grid.add(f"… and {plural(left, 'more zone')}", style="dim")
     return grid
+
+
+def zones_left_out(document: dict[str, Any]) -> str:
+    """What the table of zones does not show, "" for nothing."""
+    left = len(document["zones"]) - _MOST_ZONES
+    return f"… and {plural(left, 'more zone')}; the worst stand first" if left > 0 else ""
+
+
+def _zones_with_tables(document: dict[str, Any]) -> Iterator[tuple[dict[str, Any], dict[str, Any] | None]]:
+    """Each zone and its tables, None for faces and points; two zones of one name have theirs in the same order."""
+    tables: dict[str, list[dict[str, Any]]] = {}
+    for table in document["zone_tables"]:
+        tables.setdefault(table["zone"], []).append(table)
+    for zone in document["zones"]:
+        of_name = tables.get(zone["name"]) if zone["entity"] == "cell" else None
+        yield zone, of_name.pop(0) if of_name else None
+
+
+def _worst_skew(tables: dict[str, Any] | None) -> float:
+    """Largest equi-angle skew, -1 where none is measured."""
+    worst = [row["worst_equiangle_skew"] for row in tables["quality"]] if tables else []
+    return max((value for value in worst if value is not None), default=-1.0)
 
 
 def zone_figures(tables: dict[str, Any]) -> tuple[str, str]:

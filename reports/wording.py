@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import Any
 
 from meshwright.audit.errors import printable
 
-__all__ = ["csv_cell", "figure", "markdown", "name", "number", "percent", "plural", "size"]
+__all__ = ["csv_cell", "figure", "markdown", "name", "not_defined", "number", "percent", "plural", "size"]
 
 _EXACT = 1e-9
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
@@ -69,9 +70,18 @@ def plural(n: int, noun: str) -> str:
     return f"{size(n)} {ending}"
 
 
+def not_defined(tables: dict[str, Any], kinds: Iterable[str]) -> str:
+    """Which cells of a set of tables a table of these types says nothing about, "" for none."""
+    counted = set(kinds)
+    left = [plural(q["count"], f"{q['type']} cell") for q in tables["quality"] if q["type"] not in counted]
+    return f"not defined for {', '.join(left)}" if left else ""
+
+
 def name(text: str | None, longest: int = 40, none: str = "(no zone)") -> str:
     """A name from a file, safe for a terminal: one line, control characters escaped, cut with an ellipsis."""
-    return none if text is None else printable(text, longest)
+    if text is None:
+        return none
+    return printable(text, longest) if text.strip() else "(unnamed)"
 
 
 def markdown(text: str | None, longest: int = 120, none: str = "(no zone)") -> str:

@@ -10,6 +10,7 @@ import pytest
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import ReadError, UnsupportedError
+from meshwright.audit.findings import run_checks
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.readers.gmsh.elements import ELEMENTS
 from meshwright.audit.readers.gmsh.reader import read_gmsh
@@ -184,6 +185,13 @@ def test_skipped_sections_and_third_order_cells_are_in_the_ledger(tmp_path: Path
     assert "Comments" not in notes
     notes = " | ".join(read(shared / "meshes/gmsh/petsc_cube_q3.msh").notes)
     assert "24 tetrahedra of 20 nodes (third order or higher) are measured by their corners" in notes
+
+
+def test_the_nodes_of_third_order_cells_are_not_called_unused(shared: Path) -> None:
+    mesh = read(shared / "meshes/gmsh/petsc_cube_q3.msh")
+    assert len(mesh.points) == 172
+    assert len(mesh.spare_points) == 172 - 14  # the cells keep their 14 corners
+    assert run_checks(mesh) == ()
 
 
 @pytest.mark.parametrize(

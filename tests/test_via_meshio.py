@@ -340,3 +340,23 @@ def test_a_child_that_dies_is_a_read_error(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setattr(sys, "executable", str(fake))
     with pytest.raises(ReadError, match="SIGSEGV"):
         read(tmp_path / "m.vtk")
+
+
+def test_nodes_that_a_cell_does_not_keep_are_not_called_unused(tmp_path: Path) -> None:
+    """A prism of 18 nodes becomes one of 15; one more point belongs to nobody."""
+    corners = np.array([(x, y, z) for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (0, 1))])
+    pairs = [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)]
+    sides = [(0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
+    nodes = [*corners, *(corners[list(group)].mean(axis=0) for group in (*pairs, *sides)), (9.0, 9.0, 9.0)]
+    meshio.write(tmp_path / "m.vtu", meshio.Mesh(np.array(nodes), [("wedge18", np.arange(18)[None])]))
+    mesh = read(tmp_path / "m.vtu")
+    assert mesh.block("wedge15").nodes.tolist() == [list(range(15))]
+    assert mesh.spare_points is not None
+    assert mesh.spare_points.tolist() == [15, 16, 17]
+    assert [(f.code, f.rows.tolist()) for f in run_checks(mesh)] == [("unused-points", [18])]
+
+
+@pytest.mark.parametrize(("name", "file_format"), [("m.mesh", "medit"), ("m.lb8.ugrid", "ugrid"), ("m.obj", "obj")])
+def test_formats_that_count_from_one_say_that_our_numbers_do_not(tmp_path: Path, name: str, file_format: str) -> None:
+    meshio.write(tmp_path / name, meshio.Mesh(POINTS[:3], [("triangle", np.array([[0, 1, 2]]))]), file_format)
+    assert any("both count from 0" in note for note in read(tmp_path / name).notes)

@@ -65,7 +65,7 @@ def _hash_points(points: NDArray[np.float64]) -> NDArray[np.uint64]:
 
 
 def unused_points(facts: Facts) -> Found | None:
-    """Points that neither a cell nor a boundary element uses."""
+    """Points that neither a cell nor a boundary element uses, spare nodes of higher order apart."""
     rows = _unused(facts.mesh)
     if not len(rows):
         return None
@@ -83,6 +83,8 @@ def _unused(mesh: Mesh) -> NDArray[np.intp]:
         idle[block.nodes] = False
         if block.items is not None and block.type == "polygon":
             idle[block.items] = False
+    if mesh.spare_points is not None:
+        idle[mesh.spare_points] = False
     return np.flatnonzero(idle)
 
 

@@ -74,7 +74,10 @@ def internal_angle_deviation(tile: Tile, out: Lane) -> None:
         tri = deviation_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
         quad = deviation_of_face(tile.angle[2, i], tile.angle[3, i], 90.0)
         out[i] = quad if quad > tri or tri != tri else tri
+    broken = False
     for i in range(LANES):
+        broken |= tile.shapeless[0, i] + tile.shapeless[1, i] > 0.0
+    for i in range(LANES if broken else 0):
         if tile.shapeless[0, i] + tile.shapeless[1, i] > 0.0:
             tri = deviation_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
             quad = deviation_of_face(tile.angle[2, i], tile.angle[3, i], 90.0)

@@ -274,7 +274,10 @@ def angles(tile: Tile, out: Lane) -> None:
             low, high = degrees(small[i]), degrees(large[i])
             tile.angle[2 * shape, i] = low if defined else np.nan
             tile.angle[2 * shape + 1, i] = high if defined else np.nan
+        concave = False
         for i in range(LANES):
+            concave |= reflex[i] > -np.inf
+        for i in range(LANES if concave else 0):
             if reflex[i] > -np.inf:
                 tile.angle[2 * shape + 1, i] = 360.0 - degrees(reflex[i])
 

@@ -130,11 +130,11 @@ def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer],
     """Copy the corners of 64 cells from row `first` on; lanes past the last cell repeat it."""
     last = nodes.shape[0] - 1
     for i in range(LANES):
-        row = min(first + i, last)
-        origin = nodes[row, 0]
+        row = np.uintp(min(first + i, last))  # unsigned: numba then skips its test for negative indices
+        origin = np.uintp(nodes[row, 0])
         ox, oy, oz = points[origin, 0], points[origin, 1], points[origin, 2]
         for j in range(tile.x.shape[0]):
-            p = nodes[row, j]
+            p = np.uintp(nodes[row, j])
             tile.x[j, 0, i] = points[p, 0] - ox
             tile.x[j, 1, i] = points[p, 1] - oy
             tile.x[j, 2, i] = points[p, 2] - oz

@@ -14,7 +14,7 @@ from numba import types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner
 
 __all__ = ["INFINITE_BITS", "as_double", "nearest_double", "side_of_halfway"]
 
@@ -75,7 +75,7 @@ def as_double(typing: Any, bits: Any) -> Any:
     return types.float64(types.uint64), build
 
 
-@kernel
+@inner
 def nearest_double(w: np.uint64, q: int) -> np.uint64:
     """Bits of the double nearest to w * 10**q, ties to even; `INFINITE_BITS` on overflow. w: uint64, q: int64."""
     one = np.uint64(1)
@@ -120,7 +120,7 @@ _LIMBS = 128
 """32-bit limbs, least first: 4096 bits, where 10**-342 with 801 digits needs 2800."""
 
 
-@kernel
+@inner
 def _multiply_add(limbs: NDArray[np.uint32], size: int, factor: int, addend: int) -> int:
     """limbs = limbs * factor + addend (both below 2**32); the new size."""
     carry = np.uint64(addend)
@@ -134,7 +134,7 @@ def _multiply_add(limbs: NDArray[np.uint32], size: int, factor: int, addend: int
     return size
 
 
-@kernel
+@inner
 def _multiply_power(limbs: NDArray[np.uint32], size: int, base: int, step: int, times: int) -> int:
     """limbs = limbs * base**times, `step` factors at once (base**step < 2**32), none if times < 0; the new size."""
     power = base**step
@@ -147,15 +147,15 @@ def _multiply_power(limbs: NDArray[np.uint32], size: int, base: int, step: int, 
     return size
 
 
-@kernel
+@inner
 def side_of_halfway(buf: Any, pos: int, stop: int, exponent: int, low: np.uint64) -> int:
     """Sign of (the decimal) - (the point halfway from the double with bits `low` to the next one): -1, 0, 1.
 
     The decimal: its digits, the first of them not 0, and perhaps one '.', stand in `buf` (a pointer) from `pos` to
     `stop`; its last digit has the weight 10**exponent.
     """
-    digits = np.zeros(_LIMBS, np.uint32)
-    half = np.zeros(_LIMBS, np.uint32)
+    digits = np.empty(_LIMBS, np.uint32)
+    half = np.empty(_LIMBS, np.uint32)
     n_digits = 0
     kept = 0
     beyond = False

@@ -15,7 +15,18 @@ from numpy.typing import NDArray
 from meshwright.audit.errors import ReadError
 from meshwright.audit.jit import kernel
 from meshwright.audit.readers.source import Source
-from meshwright.audit.readers.tokens import float_at, hex_at, int_at, is_space, skip_space
+from meshwright.audit.readers.tokens import (
+    float_at,
+    hex_at,
+    int_at,
+    is_space,
+    parse_float,
+    parse_hex,
+    parse_int,
+    pass_space,
+    pointer,
+    skip_space,
+)
 
 __all__ = ["float_at", "hex_at", "int_at", "read_all_ints", "read_floats", "read_ints", "skip_space"]
 
@@ -25,13 +36,30 @@ _LONGEST_TOKEN = 400
 
 
 @kernel
-def _fill_ints(buf: Bytes, pos: int, stop: int, base: int, out: NDArray[np.int64]) -> tuple[int, int, bool]:
-    """Read integers into `out`; (how many, the offset after them or of what stopped them, ok)."""
+def _fill_ints(buf: Bytes, pos: int, stop: int, out: NDArray[np.int64]) -> tuple[int, int, bool]:
+    """Read decimal integers into `out`; (how many, the offset after them or of what stopped them, ok)."""
+    text = pointer(buf)  # type: ignore[call-arg,var-annotated]
     for i in range(len(out)):
-        pos = skip_space(buf, pos, stop)
+        pos = pass_space(text, pos, stop)
         if pos >= stop:
             return i, pos, True
-        value, after, ok = hex_at(buf, pos, stop) if base == 16 else int_at(buf, pos, stop)
+        value, after, ok = parse_int(text, pos, stop)
+        if not ok:
+            return i, pos, False
+        out[i] = value
+        pos = after
+    return len(out), pos, True
+
+
+@kernel
+def _fill_hexes(buf: Bytes, pos: int, stop: int, out: NDArray[np.int64]) -> tuple[int, int, bool]:
+    """The same for hexadecimal ones."""
+    text = pointer(buf)  # type: ignore[call-arg,var-annotated]
+    for i in range(len(out)):
+        pos = pass_space(text, pos, stop)
+        if pos >= stop:
+            return i, pos, True
+        value, after, ok = parse_hex(text, pos, stop)
         if not ok:
             return i, pos, False
         out[i] = value
@@ -41,12 +69,13 @@ def _fill_ints(buf: Bytes, pos: int, stop: int, base: int, out: NDArray[np.int64
 
 @kernel
 def _fill_floats(buf: Bytes, pos: int, stop: int, finite: bool, out: NDArray[np.float64]) -> tuple[int, int, bool]:
-    """Read floats into `out`; (how many, the offset after them or of what stopped them, ok)."""
+    """The same for floats."""
+    text = pointer(buf)  # type: ignore[call-arg,var-annotated]
     for i in range(len(out)):
-        pos = skip_space(buf, pos, stop)
+        pos = pass_space(text, pos, stop)
         if pos >= stop:
             return i, pos, True
-        value, after, ok = float_at(buf, pos, stop)
+        value, after, ok = parse_float(text, pos, stop)
         if not ok or (finite and not np.isfinite(value)):
             return i, pos, False
         out[i] = value
@@ -74,7 +103,8 @@ def read_ints(
     what: one of them in a word or two ("node id"). base: 10 or 16. Raises ReadError.
     """
     out = np.empty(_room(source, start, stop, count, what), np.int64)
-    n, pos, ok = _fill_ints(source.data, start, stop, base, out)
+    fill = _fill_hexes if base == 16 else _fill_ints
+    n, pos, ok = fill(source.data, start, stop, out)
     if not ok:
         raise _bad_int(source, pos, stop, what, base)
     if n < count:

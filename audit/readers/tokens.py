@@ -19,10 +19,21 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.readers.decimals import INFINITE_BITS, as_double, nearest_double, side_of_halfway
 
-__all__ = ["float_at", "hex_at", "int_at", "is_space", "skip_space"]
+__all__ = [
+    "float_at",
+    "hex_at",
+    "int_at",
+    "is_space",
+    "parse_float",
+    "parse_hex",
+    "parse_int",
+    "pass_space",
+    "pointer",
+    "skip_space",
+]
 
 Bytes = NDArray[np.uint8]
 Pointer = Any
@@ -34,7 +45,7 @@ _EXPONENT_CAP = 10**17
 
 
 @intrinsic
-def _pointer(typing: Any, buf: Any) -> Any:
+def pointer(typing: Any, buf: Any) -> Any:
     """A pointer to the first byte of an array.
 
     Arrays are counted references: handing one on costs two atomic operations, more than scanning a short number does.
@@ -46,26 +57,27 @@ def _pointer(typing: Any, buf: Any) -> Any:
     return types.CPointer(types.uint8)(buf), build
 
 
-@kernel
+@inner
 def is_space(byte: int) -> bool:
     """Whether a byte is blank, tab, LF, VT, FF or CR."""
     return byte == 32 or 9 <= byte <= 13
 
 
-@kernel
+@inner
 def _ends(buf: Pointer, pos: int, stop: int) -> bool:
     """Whether a token may end before `pos`."""
     return pos >= stop or buf[pos] == 40 or buf[pos] == 41 or is_space(buf[pos])
 
 
-@kernel
-def _skip_space(buf: Pointer, pos: int, stop: int) -> int:
+@inner
+def pass_space(buf: Pointer, pos: int, stop: int) -> int:
+    """`skip_space` for kernels."""
     while pos < stop and is_space(buf[pos]):
         pos += 1
     return pos
 
 
-@kernel
+@inner
 def _signed(magnitude: np.uint64, negative: bool) -> tuple[np.int64, bool]:
     """(int64, fits) of a uint64 magnitude and a sign."""
     if negative:
@@ -73,20 +85,27 @@ def _signed(magnitude: np.uint64, negative: bool) -> tuple[np.int64, bool]:
     return np.int64(magnitude), bool(magnitude < _INT64_END)
 
 
-@kernel
-def _int_at(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
-    at = pos
-    negative = at < stop and buf[at] == 45
-    if at < stop and (buf[at] == 43 or buf[at] == 45):
-        at += 1
-    first = at
-    value = np.uint64(0)
+@inner
+def _digits(buf: Pointer, at: int, stop: int, value: np.uint64) -> tuple[np.uint64, int]:
+    """(value, next offset): the decimal digits from `at` on behind those of a uint64 value, modulo 2**64."""
     while at < stop:
         digit = np.int64(buf[at]) - 48
         if digit < 0 or digit > 9:
             break
         value = value * np.uint64(10) + np.uint64(digit)
         at += 1
+    return value, at
+
+
+@inner
+def parse_int(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
+    """`int_at` for kernels."""
+    at = pos
+    negative = at < stop and buf[at] == 45
+    if at < stop and (buf[at] == 43 or buf[at] == 45):
+        at += 1
+    first = at
+    value, at = _digits(buf, at, stop, np.uint64(0))
     if at == first or not _ends(buf, at, stop):
         return np.int64(0), pos, False
     if at - first > 19:  # 19 digits fit in 64 bits; more are allowed when they are leading zeros
@@ -98,8 +117,9 @@ def _int_at(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
     return (number, at, True) if fits else (np.int64(0), pos, False)
 
 
-@kernel
-def _hex_at(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
+@inner
+def parse_hex(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
+    """`hex_at` for kernels."""
     at = pos
     negative = at < stop and buf[at] == 45
     if at < stop and (buf[at] == 43 or buf[at] == 45):
@@ -125,7 +145,7 @@ def _hex_at(buf: Pointer, pos: int, stop: int) -> tuple[np.int64, int, bool]:
     return (number, at, True) if fits else (np.int64(0), pos, False)
 
 
-@kernel
+@inner
 def _word_at(buf: Pointer, at: int, stop: int) -> tuple[float, int]:
     """(value, next offset) of nan, inf or infinity at `at`, any case; next is `at` when there is none."""
     size = 0
@@ -153,7 +173,7 @@ def _code(word: bytes) -> int:
 _NAN, _INF, _INFINITY = _code(b"nan"), _code(b"inf"), _code(b"infinity")
 
 
-@kernel
+@inner
 def _long_double(buf: Pointer, first: int, stop: int, exponent: int) -> np.uint64:
     """Bits of the double nearest to a decimal of 20 digits or more, leading zeros counted.
 
@@ -180,31 +200,21 @@ def _long_double(buf: Pointer, first: int, stop: int, exponent: int) -> np.uint6
     return low
 
 
-@kernel
-def _float_at(buf: Pointer, pos: int, stop: int) -> tuple[float, int, bool]:
+@inner
+def parse_float(buf: Pointer, pos: int, stop: int) -> tuple[float, int, bool]:
+    """`float_at` for kernels."""
     at = pos
     negative = at < stop and buf[at] == 45
     if at < stop and (buf[at] == 43 or buf[at] == 45):
         at += 1
     first = at
-    significand = np.uint64(0)
-    while at < stop:
-        digit = np.int64(buf[at]) - 48
-        if digit < 0 or digit > 9:
-            break
-        significand = significand * np.uint64(10) + np.uint64(digit)
-        at += 1
+    significand, at = _digits(buf, at, stop, np.uint64(0))
     n_digits = at - first
     exponent = np.int64(0)
     if at < stop and buf[at] == 46:
         at += 1
         point = at
-        while at < stop:
-            digit = np.int64(buf[at]) - 48
-            if digit < 0 or digit > 9:
-                break
-            significand = significand * np.uint64(10) + np.uint64(digit)
-            at += 1
+        significand, at = _digits(buf, at, stop, significand)
         exponent = np.int64(point - at)
         n_digits += at - point
     if n_digits == 0:
@@ -243,13 +253,13 @@ def _float_at(buf: Pointer, pos: int, stop: int) -> tuple[float, int, bool]:
 @kernel
 def int_at(buf: Bytes, pos: int, stop: int) -> tuple[np.int64, int, bool]:
     """(value int64, next offset, ok) of the decimal integer that begins at `pos`; not ok: next is `pos`."""
-    return _int_at(_pointer(buf), pos, stop)  # type: ignore[call-arg]
+    return parse_int(pointer(buf), pos, stop)  # type: ignore[call-arg]
 
 
 @kernel
 def hex_at(buf: Bytes, pos: int, stop: int) -> tuple[np.int64, int, bool]:
     """(value int64, next offset, ok) of the hexadecimal integer, either case and no prefix, that begins at `pos`."""
-    return _hex_at(_pointer(buf), pos, stop)  # type: ignore[call-arg]
+    return parse_hex(pointer(buf), pos, stop)  # type: ignore[call-arg]
 
 
 @kernel
@@ -258,10 +268,10 @@ def float_at(buf: Bytes, pos: int, stop: int) -> tuple[float, int, bool]:
 
     Not ok (not a number, or one that overflows): next is `pos`.
     """
-    return _float_at(_pointer(buf), pos, stop)  # type: ignore[call-arg]
+    return parse_float(pointer(buf), pos, stop)  # type: ignore[call-arg]
 
 
 @kernel
 def skip_space(buf: Bytes, pos: int, stop: int) -> int:
     """First offset from `pos` that is not white space, or `stop`."""
-    return _skip_space(_pointer(buf), pos, stop)  # type: ignore[call-arg]
+    return pass_space(pointer(buf), pos, stop)  # type: ignore[call-arg]

@@ -35,7 +35,11 @@ _REDUCED = {
     "tetra4": ("tet", ""),
 }
 _HIGH_ORDER = re.compile(r"(line|triangle|quad|tetra|wedge|hexahedron)(\d+)")
-_RENUMBERED = ("abaqus", "nastran", "avsucd", "mdpa", "permas", "flac3d", "exodus", "tetgen", "med")
+_RENUMBERED = frozenset(
+    ("abaqus", "nastran", "avsucd", "mdpa", "permas", "flac3d", "exodus", "tetgen", "med")
+    + ("medit", "meditb", "netgen", "ugrid", "obj", "tecplot")
+)
+"""Formats that number their nodes or elements, the second line silently and from 1."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ class _Block:
     type: str
     nodes: Ints
     loss: str
+    spare: Ints | None = None
     polyhedra: Polyhedra | None = None
 
     def __len__(self) -> int:
@@ -79,6 +84,7 @@ def mesh_of_arrays(source: Source, name: str, head: Mapping[str, Any], arrays: M
         notes.append("the file's own numbers of nodes and elements are not kept: both count from 0 in file order")
     if name == "stl":
         notes.append("corners of facets with exactly equal coordinates are one point")
+    spare = [block.spare.ravel() for block in blocks if block.spare is not None and block.spare.size]
     boundary = _merged(others)
     zones, zone_notes = zones_of(source, name, head, arrays, is_cell, rows, len(points), keep_faces=faces is None)
     flat = cell_dimension == 2 and not np.any(points[:, 2])
@@ -89,6 +95,7 @@ def mesh_of_arrays(source: Source, name: str, head: Mapping[str, Any], arrays: M
         faces=faces,
         zones=zones,
         dimension=2 if flat else 3,
+        spare_points=np.unique(np.concatenate(spare)) if spare else None,
         path=source.path,
         format=name,
         notes=(*notes, *zone_notes),
@@ -123,7 +130,7 @@ def _block(source: Source, kind: str, i: int, arrays: Mapping[str, np.ndarray], 
     if kind.startswith("polyhedron"):
         nodes = _node_rows(source, kind, values, n_points)
         polyhedra = Polyhedra.checked(source, arrays[f"cells{i}_faces"], arrays[f"cells{i}_sizes"], nodes)
-        return _Block("polyhedron", np.empty((0, 0), np.int64), "", polyhedra)
+        return _Block("polyhedron", np.empty((0, 0), np.int64), "", polyhedra=polyhedra)
     if values.ndim != 2:
         raise ReadError(
             source.path, f"cells of type {kind}", "as many nodes in each", f"an array of shape {values.shape}"
@@ -147,7 +154,7 @@ def _block(source: Source, kind: str, i: int, arrays: Mapping[str, np.ndarray], 
     n_nodes = CELL_TYPES[name].n_nodes
     if width < n_nodes or (not loss and width != n_nodes):
         raise ReadError(source.path, f"cells of type {kind}", f"{n_nodes} nodes in each", str(width))
-    return _Block(name, nodes[:, :n_nodes], loss)
+    return _Block(name, nodes[:, :n_nodes], loss, nodes[:, n_nodes:])
 
 
 def _merged(blocks: list[tuple[_Block, Ints]]) -> tuple[CellBlock, ...]:

@@ -77,6 +77,15 @@ class _Rows:
 
     def of(self, part: ElementPart) -> Ints:
         """(m, k) rows of the nodes that make the cells, in VTK order; ReadError for a number no node has."""
+        rows, columns = self._of_all(part), part.element.columns
+        return rows if columns == tuple(range(part.element.n_nodes)) else rows[:, columns]
+
+    def left_out(self, part: ElementPart) -> Ints:
+        """Rows of the nodes that the file gives these elements and the cells do not keep."""
+        return np.delete(self._of_all(part), part.element.columns, axis=1).ravel()
+
+    def _of_all(self, part: ElementPart) -> Ints:
+        """(m, n_nodes) rows of the nodes as in the file."""
         nodes = part.nodes
         if self._consecutive or len(self._table):
             rows = nodes - self._first
@@ -96,8 +105,7 @@ class _Rows:
             row, column = np.argwhere(~known)[0]
             place = f"element {int(part.ids[row])}"
             raise ReadError(self._source.path, place, "a node listed in $Nodes", f"node {int(nodes[row, column])}")
-        columns = part.element.columns
-        return rows if columns == tuple(range(part.element.n_nodes)) else rows[:, columns]
+        return rows
 
 
 def mesh_of_parts(
@@ -116,9 +124,11 @@ def mesh_of_parts(
     blocks, cell_ids = _blocks(of_cells, rows, groups)
     boundary, boundary_ids = _blocks(of_boundary, rows, groups)
     losses = Counter[str]()
+    spare: list[Ints] = []
     for part in parts:
         if part.element.loss:
             losses[part.element.loss] += len(part.ids)
+            spare.append(rows.left_out(part))
     flat = cell_dimension == 2 and not np.any(nodes.points[:, 2])
     zones, empty = groups.zones(names)
     return Mesh(
@@ -130,6 +140,7 @@ def mesh_of_parts(
         cell_ids=cell_ids,
         point_ids=nodes.ids,
         boundary_ids=boundary_ids if len(boundary_ids) else None,
+        spare_points=_sorted_once(spare) if spare else None,
         path=source.path,
         format=format_name,
         notes=(*(f"{count} {loss}" for loss, count in losses.items()), *empty, *notes),

@@ -78,14 +78,16 @@ def blocks_from_faces(
 def _solid_blocks(
     cell_offsets: Ints, cell_faces: Ints, offsets: Ints, nodes: Ints, owner: Ints
 ) -> tuple[CellBlock, ...]:
-    kinds = guess_kinds(cell_offsets, cell_faces, offsets)
+    kinds = np.empty(len(cell_offsets) - 1, np.uint8)
+    guess_kinds(cell_offsets, cell_faces, offsets, kinds)
     blocks = []
     for name, (kind, width) in _KINDS.items():
         rows = index_array(np.flatnonzero(kinds == kind))
         if not len(rows):
             continue
         found = np.empty((len(rows), width), np.int32)
-        done = recognise(rows, kind, cell_offsets, cell_faces, offsets, nodes, owner, found)
+        done = np.empty(len(rows), dtype=bool)
+        recognise(rows, kind, cell_offsets, cell_faces, offsets, nodes, owner, found, done)
         if not done.all():
             kinds[rows[~done]] = OTHER
             rows, found = rows[done], found[done]

@@ -68,8 +68,9 @@ def cell_frame(measured: Measured) -> pd.DataFrame:
     index = mesh.cell_zone_index()
     columns: dict[str, object] = {
         "cell": mesh.ids_of_cells(np.arange(mesh.n_cells)),
-        "type": pd.Categorical.from_codes(type_codes, [block.type for block in mesh.blocks]),
-        "zone": pd.Categorical.from_codes(np.append(zone_codes, -1)[index], list(zone_names)),
+        # the stubs of pandas know lists of codes only
+        "type": pd.Categorical.from_codes(type_codes, [block.type for block in mesh.blocks]),  # type: ignore[call-overload]
+        "zone": pd.Categorical.from_codes(np.append(zone_codes, -1)[index], list(zone_names)),  # type: ignore[call-overload]
     }
     for metric in measured.metrics:
         values = np.full(mesh.n_cells, math.nan)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints, index_array
 
 __all__ = ["KINDS", "POLYGON", "count_half_faces", "emit", "pair"]
@@ -35,7 +35,7 @@ _CORNERS = index_array(
 )
 
 
-@kernel
+@inner
 def _half_face(kind: int, local: int, start: int, n: int, nodes: Ints) -> tuple[int, int, int, int, int]:
     """(size, a, b, c, d) of one half-face, repeated corners dropped and unused places -1; size 0: no face."""
     if kind == POLYGON:
@@ -68,17 +68,17 @@ def _half_face(kind: int, local: int, start: int, n: int, nodes: Ints) -> tuple[
     return size, a, b, c, d
 
 
-@kernel
+@inner
 def _smallest(size: int, a: int, b: int, c: int, d: int) -> int:
-    m = min(a, b)
+    m = a if a < b else b
     if size > 2:
-        m = min(m, c)
+        m = c if c < m else m
     if size > 3:
-        m = min(m, d)
+        m = d if d < m else m
     return m
 
 
-@kernel
+@inner
 def _key(size: int, m: int, a: int, b: int, c: int, d: int) -> tuple[np.int64, np.int32]:
     """The nodes other than the smallest, m, in order, as two numbers that tell sizes apart."""
     if size == 2:
@@ -102,17 +102,13 @@ def _key(size: int, m: int, a: int, b: int, c: int, d: int) -> tuple[np.int64, n
     return np.int64(x) << 32 | np.int64(y), np.int32(z)
 
 
-@kernel
 def count_half_faces(kinds: NDArray[np.uint8], offsets: Ints) -> NDArray[np.int64]:
     """(n_cells + 1,) number of the first half-face of each cell."""
-    starts = np.zeros(kinds.size + 1, np.int64)
-    for c in range(kinds.size):
-        n = offsets[c + 1] - offsets[c] if kinds[c] == POLYGON else _COUNT[kinds[c]]
-        starts[c + 1] = starts[c] + n
+    starts = np.zeros(len(kinds) + 1, np.int64)
+    np.cumsum(np.where(kinds == POLYGON, np.diff(offsets), np.append(_COUNT, 0)[kinds]), out=starts[1:])
     return starts
 
 
-@kernel
 def pair(
     kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, n_points: int
 ) -> tuple[Ints, NDArray[np.bool_]]:
@@ -122,11 +118,24 @@ def pair(
     face, NONE for a half-face that is no face. crowded: more than two cells name these nodes; then the first
     two are paired and each further one stands alone.
     """
-    n_half = starts[kinds.size]
-    other = np.empty(n_half, np.int32)
-    cell_of = np.empty(n_half, np.int32)
-    crowded = np.zeros(n_half, np.bool_)
+    other = np.empty(starts[-1], np.int32)
+    cell_of = np.empty(starts[-1], np.int32)
+    crowded = np.zeros(starts[-1], dtype=bool)
     begin = np.zeros(n_points + 1, np.int32)
+    _find_buckets(kinds, offsets, nodes, starts, cell_of, other, begin)
+    most = begin.max()
+    np.cumsum(begin, dtype=np.int32, out=begin)
+    bucket = np.empty(begin[-1], np.int32)
+    keys = np.empty(most, np.int64), np.empty(most, np.int32)
+    _pair(kinds, offsets, nodes, starts, cell_of, other, crowded, begin, bucket, *keys)
+    return other, crowded
+
+
+@kernel
+def _find_buckets(
+    kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, cell_of: Ints, other: Ints, begin: Ints
+) -> None:
+    """Cell of each half-face, and in `other` for the time being its smallest node, m, counted in begin[m + 1]."""
     for c in range(kinds.size):
         n = offsets[c + 1] - offsets[c]
         for h in range(starts[c], starts[c + 1]):
@@ -135,26 +144,33 @@ def pair(
             other[h] = NONE
             if size:
                 m = _smallest(size, a, b, x, y)
-                other[h] = m  # borrowed until the half-face is in its bucket
+                other[h] = m
                 begin[m + 1] += 1
-    for p in range(n_points):
-        begin[p + 1] += begin[p]
-    bucket = np.empty(begin[n_points], np.int32)
-    for h in range(n_half):
+
+
+@kernel
+def _pair(
+    kinds: NDArray[np.uint8],
+    offsets: Ints,
+    nodes: Ints,
+    starts: Ints,
+    cell_of: Ints,
+    other: Ints,
+    crowded: NDArray[np.bool_],
+    begin: Ints,
+    bucket: Ints,
+    first: NDArray[np.int64],
+    second: NDArray[np.int32],
+) -> None:
+    for h in range(other.size):
         m = other[h]
         if m >= 0:
             bucket[begin[m]] = h
             begin[m] += 1
             other[h] = -1
     # begin[m] has moved on to the end of bucket m, which is where bucket m + 1 starts.
-    most = low = 0
-    for p in range(n_points):
-        most = max(most, begin[p] - low)
-        low = begin[p]
-    first = np.empty(most, np.int64)
-    second = np.empty(most, np.int32)
     low = 0
-    for p in range(n_points):
+    for p in range(begin.size - 1):
         n_in = begin[p] - low
         for i in range(n_in):
             h = bucket[low + i]
@@ -162,21 +178,22 @@ def pair(
             n = offsets[c + 1] - offsets[c]
             size, a, b, x, y = _half_face(kinds[c], h - starts[c], offsets[c], n, nodes)
             first[i], second[i] = _key(size, p, a, b, x, y)
-        if n_in > _SMALL_BUCKET:
-            _pair_sorted(bucket[low : begin[p]], first[:n_in], second[:n_in], cell_of, other, crowded)
-        else:
-            for i in range(n_in):
-                h = bucket[low + i]
-                if other[h] != -1 or crowded[h]:
-                    continue
-                for j in range(i + 1, n_in):
-                    if first[j] == first[i] and second[j] == second[i]:
-                        _meet(h, bucket[low + j], cell_of, other, crowded)
+        apart = n_in > _SMALL_BUCKET  # comparing all with all would be slow: sort, and compare neighbours
+        if apart:
+            _sort_bucket(bucket, low, n_in, first, second)
+        for i in range(n_in):
+            h = bucket[low + i]
+            if other[h] != -1 or crowded[h]:
+                continue
+            for j in range(i + 1, n_in):
+                if first[j] == first[i] and second[j] == second[i]:
+                    _meet(h, bucket[low + j], cell_of, other, crowded)
+                elif apart:
+                    break
         low = begin[p]
-    return other, crowded
 
 
-@kernel
+@inner
 def _meet(h: int, g: int, cell_of: Ints, other: Ints, crowded: NDArray[np.bool_]) -> None:
     """Half-face g has the nodes of the earlier h: pair them, or leave g alone where h is taken already.
 
@@ -190,40 +207,52 @@ def _meet(h: int, g: int, cell_of: Ints, other: Ints, crowded: NDArray[np.bool_]
         crowded[g] = True
 
 
-@kernel
-def _pair_sorted(
-    bucket: Ints, first: NDArray[np.int64], second: NDArray[np.int32], cell_of: Ints, other: Ints, crowded: Ints
-) -> None:
-    """The same for a bucket so full that comparing all with all would be slow."""
-    order = np.argsort(second, kind="mergesort")
-    order = order[np.argsort(first[order], kind="mergesort")]
-    i = 0
-    while i < order.size:
-        j = i + 1
-        while j < order.size and first[order[j]] == first[order[i]] and second[order[j]] == second[order[i]]:
-            _meet(bucket[order[i]], bucket[order[j]], cell_of, other, crowded)
-            j += 1
-        i = j
+@inner
+def _sort_bucket(bucket: Ints, low: int, n: int, first: NDArray[np.int64], second: NDArray[np.int32]) -> None:
+    """Sort bucket[low : low + n], which ascends, by (first, second) and then by itself; Shell's method."""
+    gap = 1
+    while 9 * gap < 4 * n:
+        gap = 9 * gap // 4 + 1
+    while gap > 0:
+        for i in range(gap, n):
+            x, y, h = first[i], second[i], bucket[low + i]
+            j = i - gap
+            while j >= 0 and (
+                first[j] > x or (first[j] == x and (second[j] > y or (second[j] == y and bucket[low + j] > h)))
+            ):
+                first[j + gap], second[j + gap], bucket[low + j + gap] = first[j], second[j], bucket[low + j]
+                j -= gap
+            first[j + gap], second[j + gap], bucket[low + j + gap] = x, y, h
+        gap = 4 * gap // 9 if gap > 2 else gap - 1
 
 
-@kernel
 def emit(
     kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, other: Ints, crowded: NDArray[np.bool_]
 ) -> tuple[Ints, Ints, Ints, Ints, Ints]:
     """(offsets, nodes, owner, neighbour, crowded faces) of all faces, by owner row and then local face."""
-    n_faces = n_crowded = 0
-    for h in range(other.size):
-        n_faces += other[h] >= -1
-        n_crowded += crowded[h] and other[h] >= -1
-    longest = 2
-    for c in range(kinds.size):
-        longest = max(longest, _LONGEST[kinds[c]])
+    faces = other >= -1
+    n_faces = np.count_nonzero(faces)
+    longest = _LONGEST[kinds].max(initial=2)
     face_offsets = np.zeros(n_faces + 1, np.int32)
     face_nodes = np.empty(n_faces * longest, np.int32)
     owner = np.empty(n_faces, np.int32)
-    neighbour = np.empty(n_faces, np.int32)
-    crowd = np.empty(n_crowded, np.int32)
-    f = at = k = 0
+    _emit(kinds, offsets, nodes, starts, other, face_offsets, face_nodes, owner)
+    crowd = np.flatnonzero(crowded[faces]).astype(np.int32)
+    return face_offsets, face_nodes[: face_offsets[-1]], owner, other[faces], crowd
+
+
+@kernel
+def _emit(
+    kinds: NDArray[np.uint8],
+    offsets: Ints,
+    nodes: Ints,
+    starts: Ints,
+    other: Ints,
+    face_offsets: Ints,
+    face_nodes: Ints,
+    owner: Ints,
+) -> None:
+    f = at = 0
     for c in range(kinds.size):
         n = offsets[c + 1] - offsets[c]
         for h in range(starts[c], starts[c + 1]):
@@ -238,10 +267,5 @@ def emit(
                 face_nodes[at + 3] = y
             at += size
             owner[f] = c
-            neighbour[f] = other[h]
-            if crowded[h]:
-                crowd[k] = f
-                k += 1
             f += 1
             face_offsets[f] = at
-    return face_offsets, face_nodes[:at], owner, neighbour, crowd

@@ -147,13 +147,10 @@ class Mesh:
     points: (n, 3) float64, z = 0 throughout when `dimension` is 2.
     blocks: cells of the highest topological dimension, at most one block per type.
     boundary: elements of lower dimension that the file lists beside them (surface and line elements).
-    faces: given by face-based formats and wherever there are polyhedra; otherwise None and derived on
-    demand by `connectivity.faces`.
-    dimension: 2 for a flat mesh in the x-y plane, where +z is the reference normal; otherwise 3 (a shell
-    has dimension 3 and cells of `cell_dimension` 2).
+    faces: of face-based formats and wherever there are polyhedra; otherwise None, `connectivity.faces` derives them.
+    dimension: 2 for a flat mesh in the x-y plane with +z as reference normal, otherwise 3 (shells too).
     cell_ids, point_ids, boundary_ids: the file's own numbers, or None for 0, 1, 2, ...
-    spare_points: rows of points that cells of the file use and `blocks` do not, since only a part of the nodes of
-    those cells is kept (third order and higher); they are not debris.
+    spare_points: rows of the nodes of higher order that a reader leaves out of its cells; they are not unused.
     notes: the loss ledger: one sentence for each thing in the file that the mesh does not hold.
     """
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.csr import sort_keys
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
 __all__ = ["OTHER", "check_closed", "check_faces", "guess_kinds", "loops", "recognise"]
@@ -49,9 +49,8 @@ def check_faces(offsets: Ints, nodes: Ints, owner: Ints, neighbour: Ints) -> tup
 
 
 @kernel
-def guess_kinds(cell_offsets: Ints, cell_faces: Ints, offsets: Ints) -> NDArray[np.uint8]:
-    """(n_cells,) the only type of the four that each cell can be by the sizes of its faces, or OTHER."""
-    kinds = np.empty(cell_offsets.size - 1, np.uint8)
+def guess_kinds(cell_offsets: Ints, cell_faces: Ints, offsets: Ints, kinds: NDArray[np.uint8]) -> None:
+    """Fill kinds (n_cells,): the only type of the four that each cell can be by the sizes of its faces, or OTHER."""
     for c in range(kinds.size):
         n_tri = n_quad = 0
         for i in range(cell_offsets[c], cell_offsets[c + 1]):
@@ -69,10 +68,9 @@ def guess_kinds(cell_offsets: Ints, cell_faces: Ints, offsets: Ints) -> NDArray[
             elif n_tri == 0 and n_quad == 6:
                 kind = HEX
         kinds[c] = kind
-    return kinds
 
 
-@kernel
+@inner
 def _recognise_one(
     faces: Ints, cell: int, base: int, top: bool, offsets: Ints, nodes: Ints, owner: Ints, out: Ints
 ) -> bool:
@@ -157,10 +155,17 @@ def _recognise_one(
 
 @kernel
 def recognise(
-    rows: Ints, kind: int, cell_offsets: Ints, cell_faces: Ints, offsets: Ints, nodes: Ints, owner: Ints, out: Ints
-) -> Flags:
-    """(n,) whether the faces of each cell of `rows` form a cell of that kind; its nodes in VTK order in out[i]."""
-    done = np.empty(rows.size, np.bool_)
+    rows: Ints,
+    kind: int,
+    cell_offsets: Ints,
+    cell_faces: Ints,
+    offsets: Ints,
+    nodes: Ints,
+    owner: Ints,
+    out: Ints,
+    done: Flags,
+) -> None:
+    """Fill done (n,): whether the faces of each of the cells `rows` form a cell of that kind, nodes in VTK order in out."""
     base_size = 3 if kind in (TET, WEDGE) else 4
     for r in range(rows.size):
         faces = cell_faces[cell_offsets[rows[r]] : cell_offsets[rows[r] + 1]]
@@ -168,7 +173,6 @@ def recognise(
         while offsets[faces[base] + 1] - offsets[faces[base]] != base_size:
             base += 1
         done[r] = _recognise_one(faces, rows[r], base, kind in (WEDGE, HEX), offsets, nodes, owner, out[r])
-    return done
 
 
 @kernel

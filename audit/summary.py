@@ -78,8 +78,12 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
 
 
 def cells_of_zones(mesh: Mesh, pattern: str) -> Mask:
-    """(n_cells,) cells in a cell zone whose name matches the pattern; UsageError when no zone does."""
-    matching = [zone for zone in mesh.cell_zones if fnmatch.fnmatchcase(zone.name, pattern)]
+    """(n_cells,) cells in a cell zone whose name matches the pattern; UsageError when no zone does.
+
+    A pattern that is the very name of a zone means that one, be there brackets in it.
+    """
+    matching = [zone for zone in mesh.cell_zones if zone.name == pattern]
+    matching = matching or [zone for zone in mesh.cell_zones if fnmatch.fnmatchcase(zone.name, pattern)]
     if not matching:
         names = ", ".join(printable(zone.name, 40) for zone in mesh.cell_zones[:20]) or "none"
         raise UsageError(f"no cell zone matches {printable(pattern)!r}; cell zones of this mesh: {names}")
@@ -263,7 +267,8 @@ def _gate(
     for k, name in enumerate(tables.types):
         n = int(tables.cells[0, k])
         if n and not any(name in of_type for of_type in metrics.values()):
-            unmeasured.append(f"{n:,} {CELL_TYPES[name].title} cells: no chosen metric is defined for them")
+            cells = "cell" if n == 1 else "cells"
+            unmeasured.append(f"{n:,} {CELL_TYPES[name].title} {cells}: no chosen metric is defined for this type")
     undefined = []
     for key, of_type in metrics.items():
         n = sum(figures["undefined"] for figures in of_type.values())

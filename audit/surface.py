@@ -16,7 +16,8 @@ _BY_WIDTH = {3: "tri", 4: "quad"}
 def boundary_mesh(mesh: Mesh) -> Mesh | None:
     """A shell of the surface elements of a 3-D mesh, or None where there is nothing to measure.
 
-    The surface elements that the file lists are taken; a face-based file without any gives its boundary faces.
+    The surface elements that the file lists are taken; a face-based file without any gives its boundary faces and
+    those of walls with cells on both sides (a heated body, a baffle).
     Points are shared with `mesh`, row by row; cell ids are the file's numbers of the elements or faces; face
     zones become cell zones, of the members that lie in the surface.
     """
@@ -29,7 +30,7 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
         ids = old_rows if mesh.boundary_ids is None else mesh.boundary_ids[old_rows]
         zones_follow = mesh.faces is None
     elif mesh.faces is not None:
-        old_rows = np.flatnonzero(mesh.faces.neighbour == NO_CELL)
+        old_rows = np.flatnonzero(_on_surface(mesh, mesh.faces))
         blocks = _blocks_of_faces(mesh.faces, old_rows)
         ids = old_rows if mesh.faces.ids is None else mesh.faces.ids[old_rows]
         zones_follow = True
@@ -47,6 +48,14 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
         path=mesh.path,
         format=mesh.format,
     )
+
+
+def _on_surface(mesh: Mesh, faces: Faces) -> NDArray[np.bool_]:
+    outside: NDArray[np.bool_] = faces.neighbour == NO_CELL
+    for zone in mesh.zones:
+        if zone.entity == "face" and zone.role == "wall":
+            outside[zone.members] = True
+    return outside
 
 
 def _renumbered(block: CellBlock, old_rows: NDArray) -> CellBlock:

@@ -21,8 +21,8 @@ _LEAST_NAME = 8
 class Column:
     """A column.
 
-    cut: holds names, which may be shortened, at the front when keep_end.  optional: may be left out, the highest number first.  short: title
-    to use where the page is narrow.
+    cut: holds names, which may be shortened, at the front when keep_end.  optional: may be left out, the highest
+    number first.  short: title to use where the page is narrow.
     """
 
     title: str = ""

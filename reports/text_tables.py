@@ -14,7 +14,16 @@ from meshwright.audit.tables import BINNINGS, OVER, ROUNDING, SKEW
 from meshwright.reports.layout import Column, Grid
 from meshwright.reports.wording import figure, name, not_defined, number, percent, plural, size
 
-__all__ = ["article_tables", "metric_table", "section", "type_title", "worst_tables", "zone_figures", "zone_table", "zones_left_out"]
+__all__ = [
+    "article_tables",
+    "metric_table",
+    "section",
+    "type_title",
+    "worst_tables",
+    "zone_figures",
+    "zone_table",
+    "zones_left_out",
+]
 
 _MOST_ZONES = 30
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
@@ -222,8 +231,8 @@ def zone_table(document: dict[str, Any]) -> Grid:
         rows.sort(key=lambda row: -_worst_skew(row[1]))
     for zone, measured in rows[:_MOST_ZONES]:
         figures = zone_figures(measured) if measured else ()
-        words = (name(zone[key], 60) for key in ("name", "kind", "role"))
-        grid.add(*words, plural(zone["count"], zone["entity"]), *figures)
+        words = (name(zone[key], 60) if zone[key] else "" for key in ("kind", "role"))
+        grid.add(name(zone["name"], 60), *words, plural(zone["count"], zone["entity"]), *figures)
     for loose in document["zone_tables"]:
         if loose["zone"] is None:
             grid.add("(no zone)", "", "", plural(loose["count"], "cell"), *zone_figures(loose), style="dim")

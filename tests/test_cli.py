@@ -7,6 +7,7 @@ import io
 import json
 import os
 import pty
+import selectors
 import signal
 import stat
 import subprocess
@@ -348,7 +349,7 @@ def test_cells_as_parquet_are_the_same_table(cell_files):
     assert table.column_names == ["cell", "type", "zone", "gambit.aspect_ratio", "gambit.stretch", "angle.min"]
     assert table["cell"].to_pylist() == [11, 12, 13]
     assert table["gambit.aspect_ratio"].to_pylist() == [np.inf, None, pytest.approx(1)]
-    assert table["zone"].to_pylist() == [None, None, "'=evil"]
+    assert table["zone"].to_pylist() == [None, None, "=evil"]
 
 
 def test_cells_as_vtu_are_what_vtk_reads_polyhedra_included(cell_files):
@@ -505,20 +506,23 @@ def on_a_terminal(args, **environment):
     child = subprocess.Popen([*COMMAND, *args], stdout=writers[0], stderr=writers[1], env=env)
     for writer in writers:
         os.close(writer)
-    got = []
-    for reader in readers:
-        chunks = []
-        while True:
-            try:
-                chunk = os.read(reader, 65536)
-            except OSError:  # Linux: the other end is closed
-                break
-            if not chunk:
-                break
-            chunks.append(chunk)
-        os.close(reader)
-        got.append(b"".join(chunks).decode())
-    return got[0], got[1], child.wait(timeout=120)
+    got = dict.fromkeys(readers, b"")
+    with selectors.DefaultSelector() as both:  # together: a full terminal would stop the child
+        for reader in readers:
+            both.register(reader, selectors.EVENT_READ)
+        while both.get_map():
+            for key, _ in both.select():
+                try:
+                    chunk = os.read(key.fd, 65536)
+                except OSError:  # Linux: the other end is closed
+                    chunk = b""
+                if chunk:
+                    got[key.fd] += chunk
+                else:
+                    both.unregister(key.fd)
+                    os.close(key.fd)
+    out, err = (text.decode() for text in got.values())
+    return out, err, child.wait(timeout=120)
 
 
 def test_a_terminal_gets_colour_and_progress_unless_told_otherwise(at_home):
@@ -566,17 +570,6 @@ def test_an_interrupt_ends_quietly_with_130(tmp_path):
         child.stderr.close()
         assert child.wait(timeout=30) == 130
     assert errors == b""
-
-
-def test_an_audit_of_ten_thousand_cells_takes_little_more_than_its_imports(tmp_path):
-    (tmp_path / "big.msh").write_text(msh(22, jitter=0.1))
-    audit_once = ["audit", tmp_path / "big.msh", "--quiet", "--format", "json"]
-    assert process(*audit_once).returncode == 0  # kernels are cached from here on
-    before = os.times()
-    assert process(*audit_once).returncode == 0
-    after = os.times()
-    cpu = after.children_user + after.children_system - before.children_user - before.children_system
-    assert cpu < 4  # 1.5 s on a quiet machine; processor time still grows when others want the caches
 
 
 def test_the_python_api_and_the_command_agree(at_home):

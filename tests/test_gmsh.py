@@ -1,7 +1,5 @@
 """The Gmsh reader: real files, files that Gmsh itself writes, every kind of damage."""
 
-import ast
-import csv
 import struct
 from pathlib import Path
 
@@ -16,25 +14,6 @@ from meshwright.audit.readers.gmsh.elements import ELEMENTS
 from meshwright.audit.readers.gmsh.reader import read_gmsh
 from meshwright.audit.readers.source import open_source
 
-# Gmsh's words in the index of the real files; third order counts as its corners.
-WORDS = {
-    "Point": "vertex",
-    "Line 2": "line",
-    "Line 3": "line3",
-    "Line 4": "line",
-    "Triangle 3": "tri",
-    "Triangle 6": "tri6",
-    "Triangle 10": "tri",
-    "Quadrilateral 4": "quad",
-    "Quadrilateral 8": "quad8",
-    "Quadrilateral 9": "quad9",
-    "Tetrahedron 4": "tet",
-    "Tetrahedron 20": "tet",
-    "Prism 6": "wedge",
-    "Pyramid 5": "pyramid",
-    "Hexahedron 8": "hex",
-    "Hexahedron 20": "hex20",
-}
 TWO_TETS = """$MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -98,19 +77,6 @@ def read_text(folder: Path, text: str | bytes) -> Mesh:
 
 def zones(mesh: Mesh) -> dict[str, tuple[str, list[int]]]:
     return {zone.name: (zone.entity, zone.members.tolist()) for zone in mesh.zones}
-
-
-def test_every_real_file_has_the_counts_of_the_index(shared: Path) -> None:
-    lines = (shared / "meshes/INDEX.tsv").read_text().splitlines()
-    rows = [row for row in csv.DictReader(lines, delimiter="\t") if row["format"] == "gmsh"]
-    assert len(rows) == 16
-    for row in rows:
-        mesh = read(shared / "meshes" / row["path"])
-        expected: dict[str, int] = {}
-        for word, n in ast.literal_eval(row["cells"]).items():
-            expected[WORDS[word]] = n
-        found = {block.type: len(block) for block in (*mesh.blocks, *mesh.boundary)}
-        assert (row["path"], len(mesh.points), found) == (row["path"], int(row["nodes"]), expected)
 
 
 def test_names_of_physical_groups_in_a_real_file(shared: Path) -> None:

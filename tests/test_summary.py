@@ -174,6 +174,14 @@ def test_a_zone_pattern_restricts_the_tables_and_keeps_the_mesh():
     assert [f["severity"] for f in document["findings"]] == ["warning"]
 
 
+def test_a_zone_with_brackets_in_its_name_is_found_by_its_name():
+    zones = (Zone("[fluid]", "zone", "fluid", "cell", [0]), Zone("f", "zone", "fluid", "cell", [1]))
+    mesh = cube_and_tet(zones=zones)
+    for pattern, kinds in (("[fluid]", ["hex"]), ("[f-g]", ["tet"]), ("*", ["hex", "tet"])):
+        document = summarise(Audit(mesh, measure(mesh), (), (SKEW,)), zone=pattern)
+        assert [row["type"] for row in document["quality"]] == kinds
+
+
 def test_an_unknown_zone_is_refused_with_the_names_there_are():
     mesh = two_zones()
     with pytest.raises(UsageError, match=r"no cell zone matches 'water'.*fluid-1, solid"):
@@ -257,6 +265,21 @@ def test_a_face_based_mesh_gives_its_boundary_faces():
     assert [(z.name, shell.ids_of_cells(z.members).tolist()) for z in shell.zones] == [("lid", [6])]
     lid = shell.block("quad").nodes[np.flatnonzero(shell.cell_ids[shell.block("quad").rows] == 6)[0]]
     assert lid.tolist() == [8, 9, 10, 11]
+
+
+def test_a_wall_between_two_cells_belongs_to_the_surface_and_an_inner_face_does_not():
+    def shell(role):
+        points = np.concatenate([CUBE, CUBE[4:] + (0, 0, 1)])
+        sides = [(4, 5, 6, 7), (0, 3, 2, 1), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+        sides += [(8, 9, 10, 11), (4, 5, 9, 8), (5, 6, 10, 9), (6, 7, 11, 10), (7, 4, 8, 11)]
+        faces = Faces(np.arange(0, 45, 4), np.ravel(sides), [0] * 6 + [1] * 5, [1] + [-1] * 10)
+        zones = (Zone("between", "zone", role, "face", [0]),)
+        blocks = (CellBlock("hex", [0, 1], [range(8), range(4, 12)]),)
+        return boundary_mesh(Mesh(points, blocks, faces=faces, zones=zones))
+
+    assert shell("interior").counts == {"quad": 10}
+    assert shell("wall").counts == {"quad": 11}
+    assert [(z.name, shell("wall").ids_of_cells(z.members).tolist()) for z in shell("wall").zones] == [("between", [0])]
 
 
 def test_a_flat_mesh_has_no_surface_to_measure():

@@ -10,7 +10,7 @@ from rich.cells import cell_len
 
 from meshwright.audit.findings import Finding
 from meshwright.audit.measurement import measure
-from meshwright.audit.mesh import CellBlock, Mesh, Zone
+from meshwright.audit.mesh import CellBlock, Faces, Mesh, Zone
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.run import Audit, audit
 from meshwright.audit.summary import summarise
@@ -227,3 +227,77 @@ def test_markdown_and_csv_spell_names_literally():
         "ok",
         "",
     ]
+
+
+def boxes(names, leaning=()):
+    """A hex in a zone of its own for each name; those that lean are skewed."""
+    unit = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    points = np.concatenate(
+        [unit + (10 * i, 0, 0) + unit[:, [2]] * (3 * (i in leaning), 0, 0) for i in range(len(names))]
+    )
+    nodes = np.arange(len(points)).reshape(-1, 8)
+    zones = tuple(Zone(label, "part", "", "cell", np.array([i])) for i, label in enumerate(names))
+    return Mesh(points, (CellBlock("hex", np.arange(len(nodes)), nodes),), zones=zones)
+
+
+def zone_lines(mesh):
+    text = render("text", Batch([summarise(audit(mesh))]), Page())
+    return text[text.index("\nZones\n") :].splitlines()[3:]
+
+
+def test_two_zones_of_one_name_keep_their_own_figures_and_one_without_a_name_is_called_so():
+    lines = [" ".join(line.split()) for line in zone_lines(boxes(["air", "air", ""], leaning={1}))]
+    assert lines == ["air part 1 cell 0.000 0 %", "air part 1 cell 0.795 0 %", "(unnamed) part 1 cell 0.000 0 %"]
+
+
+def test_of_many_zones_the_worst_are_shown_and_the_rest_counted():
+    lines = zone_lines(boxes([f"part {i}" for i in range(40)], leaning={35, 39}))
+    assert [line.split()[1] for line in lines[:3]] == ["35", "39", "0"]
+    assert lines[-1] == "  … and 10 more zones; the worst stand first"
+    assert len(lines) == 31
+
+
+def test_a_table_that_leaves_out_a_type_says_how_many_cells_that_are():
+    unit = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))], dtype=float)
+    faces = Faces(
+        np.arange(0, 25, 4),
+        np.array([0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7]) + 8,
+        np.ones(6, dtype=int),
+        np.full(6, -1),
+    )
+    blocks = (
+        CellBlock("hex", [0], [range(8)]),
+        CellBlock("polyhedron", [1], offsets=np.array([0, 6]), items=np.arange(6)),
+    )
+    document = summarise(audit(Mesh(np.concatenate([unit, unit + 5]), blocks, faces=faces)))
+    for output in ("text", "md"):
+        text = render(output, Batch([document]), Page())
+        after = text[text.index("Aspect ratio distribution") : text.index("GAMBIT classes")]
+        assert "not defined for 1 polyhedron cell" in after
+        assert "not defined" not in text[text.index("Equi-angle skewness dist") : text.index("Aspect ratio dist")]
+
+
+def test_perfect_values_are_not_listed_as_the_worst():
+    text = render("text", Batch([summarise(audit(boxes(["a", "b"], leaning={1})))]), Page())
+    listed = text[text.index("Worst cell of every other metric") : text.index("\nZones")]
+    assert "gambit.midangle_skew" in listed
+    assert "gambit.taper" not in listed  # both boxes have parallel faces
+
+
+def test_long_paths_keep_the_end_that_tells_them_apart(document):
+    folder = "/a/very/long/way/down/to/the/folder/of/meshes/that/are/many"
+    documents = [{**document, "mesh": {**document["mesh"], "path": f"{folder}/mesh-{i}.msh"}} for i in range(2)]
+    text = render("text", Batch(documents), Page(width=80))
+    assert "mesh-0.msh " in text
+    assert "mesh-1.msh " in text
+    assert max(map(cell_len, text.splitlines())) <= 80
+
+
+def test_the_ids_of_a_finding_stay_on_its_line(document):
+    rows = list(range(10**12, 10**12 + 6))
+    long = {"code": "nonconformal-interface", "severity": "warning", "count": 10**9, "entity": "face"}
+    page = {**document, "findings": [{**long, "ids": rows, "message": "m"}]}
+    for width in (60, 80, 100):
+        line = next(line for line in render("text", Batch([page]), Page(width=width)).splitlines() if "nonconf" in line)
+        assert cell_len(line) <= width
+    assert f"{rows[0]}, {rows[1]}, …" in line

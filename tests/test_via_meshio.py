@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from meshwright.audit.errors import ReadError, UnsupportedError
+from meshwright.audit.findings import run_checks
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.readers import read
 from meshwright.audit.readers.foreign import reader as via_meshio

@@ -14,6 +14,9 @@ from meshwright.audit.mesh import Mesh
 
 __all__ = ["ROWS"]
 
+_MINUS_ZERO = np.uint64(1 << 63)
+"""Bits of -0.0, which is the same place as 0.0."""
+
 
 def nonfinite_points(facts: Facts) -> Found | None:
     """Points with a coordinate that is nan or infinite."""
@@ -31,7 +34,8 @@ def nonfinite_points(facts: Facts) -> Found | None:
 def duplicate_points(facts: Facts) -> Found | None:
     """Points used by cells that lie exactly where an earlier one lies."""
     points = facts.mesh.points
-    keys = _hash_points(points)
+    keys = np.empty(len(points), np.uint64)
+    _hash_points(points.view(np.uint64), keys)
     idle = unused_by_cells(facts.mesh)
     used = np.ones(len(points), dtype=bool)
     used[idle] = False
@@ -47,21 +51,19 @@ def duplicate_points(facts: Facts) -> Found | None:
 
 
 @kernel
-def _hash_points(points: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """One number a point, the same for the same place."""
-    out = np.empty(points.shape[0], np.uint64)
-    bits = np.empty(1, np.float64)
-    word = bits.view(np.uint64)
+def _hash_points(points: NDArray[np.uint64], out: NDArray[np.uint64]) -> None:
+    """One number a point, given as the bits of its coordinates, the same for the same place."""
     for p in range(out.size):
         h = np.uint64(0)
         for d in range(3):
-            bits[0] = points[p, d] + 0.0  # -0.0 is the same place as 0.0
-            x = (h ^ word[0]) + np.uint64(0x9E3779B97F4A7C15)
+            bits = points[p, d]
+            if bits == _MINUS_ZERO:
+                bits = np.uint64(0)
+            x = (h ^ bits) + np.uint64(0x9E3779B97F4A7C15)
             x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
             x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
             h = x ^ (x >> np.uint64(31))
         out[p] = h
-    return out
 
 
 def unused_points(facts: Facts) -> Found | None:

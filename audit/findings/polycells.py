@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
 __all__ = ["face_vector", "polygons", "polyhedra"]
@@ -18,7 +18,7 @@ _UNIT_ERROR = 128 * 2.0**-53
 """Error of one fan triangle's share of a volume (or area), over the extent cubed (squared): see `polyhedra`."""
 
 
-@kernel
+@inner
 def face_vector(
     points: Floats, nodes: Ints, first: int, last: int, ox: float, oy: float, oz: float, scale: float
 ) -> tuple[float, float, float, float, float, float, float]:
@@ -55,7 +55,7 @@ def face_vector(
     return 0.5 * ax, 0.5 * ay, 0.5 * az, gx, gy, gz, under / 6.0
 
 
-@kernel
+@inner
 def _scale_of(
     points: Floats, nodes: Ints, first: int, last: int, origin: int, extent: float, edge: float
 ) -> tuple[float, float]:

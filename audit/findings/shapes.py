@@ -129,7 +129,9 @@ def _fixed_block(mesh: Mesh, block: CellBlock, shapes: Shapes) -> None:
         relative = column["relative"]
         _decide(mesh, name, nodes, relative)
         shapes.relative[rows] = relative
-        shapes.collapsed[rows] = (column["shortest"] == 0.0) | _repeats(nodes, CELL_TYPES[name].n_nodes)
+        twice = np.zeros(len(rows), dtype=bool)
+        _repeats(nodes, CELL_TYPES[name].n_nodes, twice)
+        shapes.collapsed[rows] = (column["shortest"] == 0.0) | twice
         if "corner" in column:
             shapes.folded[rows] = column["corner"] <= _CORNER
         if "side" in column:
@@ -171,16 +173,14 @@ def _decide(mesh: Mesh, name: str, nodes: Ints, relative: NDArray[np.float64]) -
 
 
 @kernel
-def _repeats(nodes: Ints, n_corners: int) -> NDArray[np.bool_]:
+def _repeats(nodes: Ints, n_corners: int, out: NDArray[np.bool_]) -> None:
     """Whether a cell names one of its corners twice."""
-    out = np.zeros(nodes.shape[0], np.bool_)
-    for c in range(nodes.shape[0]):
+    for c in range(out.size):
         same = 0
         for i in range(1, n_corners):
             for j in range(i):
                 same += nodes[c, i] == nodes[c, j]
         out[c] = same > 0
-    return out
 
 
 @kernel

@@ -65,7 +65,8 @@ def face_sides(mesh: Mesh) -> Sides:
     # a power of two that keeps products of three lengths in range, whatever the unit of the file
     scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else math.ldexp(1.0, -max(min(math.frexp(size)[1], 1020), -1020))
     table = (found.offsets, found.nodes, found.owner, found.neighbour)
-    faults = _judge(mesh.points, *table, shapes.centre, judge, flat, own, scale, total)
+    faults = np.zeros(len(found), np.uint8)
+    _judge(mesh.points, *table, shapes.centre, judge, flat, own, scale, total, faults)
     return Sides(faults, _openness(total))
 
 
@@ -82,8 +83,8 @@ def _judge(
     own: bool,
     scale: float,
     total: Floats,
-) -> NDArray[np.uint8]:
-    faults = np.zeros(owner.size, np.uint8)
+    faults: NDArray[np.uint8],
+) -> None:
     for f in range(owner.size):
         first, last = offsets[f], offsets[f + 1]
         p = nodes[first]
@@ -123,17 +124,12 @@ def _judge(
                 total[b, 1] -= sign * ay
                 total[b, 2] -= sign * az
                 total[b, 3] += size
-    return faults
 
 
-@kernel
 def _openness(total: Floats) -> Floats:
-    out = np.empty(total.shape[0])
-    for c in range(out.size):
-        size = total[c, 3]
-        x, y, z = total[c, 0] / size, total[c, 1] / size, total[c, 2] / size
-        out[c] = np.sqrt(x * x + y * y + z * z)
-    return out
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, y, z = total[:, :3].T / total[:, 3]
+    return np.sqrt(x * x + y * y + z * z)
 
 
 def face_handedness(mesh: Mesh) -> tuple[NDArray[np.bool_], NDArray[np.uint8]]:

@@ -140,19 +140,20 @@ def sides_of_solid(tile: Tile, out: Lane) -> None:
                 work[3, i] += w * (ux + vx)
                 work[4, i] += w * (uy + vy)
                 work[5, i] += w * (uz + vz)
-        for i in range(LANES):
-            w = work[6, i] if work[6, i] > 0.0 else 1.0
-            for d in range(3):
+        for d in range(3):
+            for i in range(LANES):
+                w = work[6, i] if work[6, i] > 0.0 else 1.0
                 c[d, i] = work[d, i] + work[3 + d, i] / (3.0 * w)
-    for i in range(LANES):
-        work[6, i] = 0.0
-    for d in range(3):
+    for d in range(7):
         for i in range(LANES):
-            total = centre[0, d, i]
-            for r in range(1, n):
-                total += centre[r, d, i]
-            work[3 + d, i] = total / n
             work[d, i] = 0.0
+    for r in range(n):
+        for d in range(3):
+            for i in range(LANES):
+                work[3 + d, i] += centre[r, d, i]
+    for d in range(3, 6):
+        for i in range(LANES):
+            work[d, i] /= n
     for r in range(n):
         a, c = tile.face[r], centre[r]
         for i in range(LANES):
@@ -162,10 +163,11 @@ def sides_of_solid(tile: Tile, out: Lane) -> None:
             work[0, i] += w * dx
             work[1, i] += w * dy
             work[2, i] += w * dz
-    for i in range(LANES):
-        w = work[6, i] if work[6, i] > 0.0 else 1.0
-        for d in range(3):
+    for d in range(3):
+        for i in range(LANES):
+            w = work[6, i] if work[6, i] > 0.0 else 1.0
             work[d, i] = work[3 + d, i] + 0.75 * work[d, i] / w
+    for i in range(LANES):
         out[i] = np.inf
     for r in range(n):
         a, c = tile.face[r], centre[r]

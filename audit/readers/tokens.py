@@ -23,6 +23,7 @@ from meshwright.audit.jit import inner, kernel
 from meshwright.audit.readers.decimals import INFINITE_BITS, as_double, nearest_double, side_of_halfway
 
 __all__ = [
+    "Pointer",
     "float_at",
     "hex_at",
     "int_at",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
@@ -80,9 +79,15 @@ def _range(
             raise source.error(scanner.at, f"a zone of {what}: zone 0 only declares how many there are")
         scanner.close(section)
         return None
-    if not 1 <= first <= last < _MANY:
-        raise source.error(at, f"a range of {what} that ends where it begins or later", f"{first} to {last}")
+    _check_range(source, at, what, first, last)
     return Range(zone, first, last, section.start), tuple(rest)
+
+
+def _check_range(source: Source, at: int, what: str, first: int, last: int) -> None:
+    if not 1 <= first <= last:
+        raise source.error(at, f"a range of {what} that ends where it begins or later", f"{first} to {last}")
+    if last >= _MANY:
+        raise source.error(at, f"a range of {what} with numbers below {_MANY}", f"{first} to {last}")
 
 
 def _nodes(source: Source, scanner: SectionScanner, section: Section, records: FluentRecords) -> None:
@@ -142,7 +147,8 @@ def _faces(source: Source, scanner: SectionScanner, section: Section, records: F
         least = 2 if flat else 3
         source.checked_count(n, (3 + least) * (4 if section.width else 2), scanner.at, FACES)
         integers = scanner.all_integers(section, "faces")
-        offsets, bad = _split_lists(integers.values, n, least, 2 if flat else _MANY, 2)
+        offsets = np.zeros(n + 1, np.int64)
+        bad = _split_lists(integers.values, offsets, least, 2 if flat else _MANY, 2)
         if bad >= 0:
             raise integers.error(source, int(bad), f"{n} faces, each its number of nodes, its nodes and two cells")
     else:
@@ -153,11 +159,11 @@ def _faces(source: Source, scanner: SectionScanner, section: Section, records: F
 def _tree(source: Source, scanner: SectionScanner, section: Section, records: FluentRecords) -> None:
     at = scanner.at
     first, last, zone, _ = scanner.header(section, 4, 4)
-    if not 1 <= first <= last < _MANY:
-        raise source.error(at, "a range of parents that ends where it begins or later", f"{first} to {last}")
+    _check_range(source, at, "parents", first, last)
     source.checked_count(last - first + 1, 4, scanner.at, "parents")
     integers = scanner.all_integers(section, "children")
-    offsets, bad = _split_lists(integers.values, last - first + 1, 0, _MANY, 0)
+    offsets = np.zeros(last - first + 2, np.int64)
+    bad = _split_lists(integers.values, offsets, 0, _MANY, 0)
     if bad >= 0:
         raise integers.error(source, int(bad), f"{last - first + 1} lists of children, each its length and numbers")
     trees = records.cell_trees if section.number == _CELL_TREE else records.face_trees
@@ -168,8 +174,7 @@ def _overlap(source: Source, scanner: SectionScanner, section: Section, records:
     """Section 61: the faces first to last were cut out of the two faces listed for each, of which one may be 0."""
     at = scanner.at
     first, last = scanner.header(section, 2, 2)
-    if not 1 <= first <= last < _MANY:
-        raise source.error(at, "a range of faces that ends where it begins or later", f"{first} to {last}")
+    _check_range(source, at, "faces", first, last)
     scanner.integers(section, 2 * (last - first + 1), "parents")
     records.overlaps.append(Range(0, first, last, section.start))
 
@@ -187,8 +192,7 @@ def _overlap_list(source: Source, scanner: SectionScanner, section: Section, rec
 def _periodic(source: Source, scanner: SectionScanner, section: Section, records: FluentRecords) -> None:
     at = scanner.at
     first, last, *_ = scanner.header(section, 2, 4)
-    if not 1 <= first <= last < _MANY:
-        raise source.error(at, "a range of pairs that ends where it begins or later", f"{first} to {last}")
+    _check_range(source, at, "pairs", first, last)
     records.periodic.append(scanner.integers(section, 2 * (last - first + 1), "pairs of faces"))
 
 
@@ -231,20 +235,20 @@ _READERS = {
 
 
 @kernel
-def _split_lists(values: Ints, count: int, least: int, most: int, extra: int) -> tuple[NDArray[np.int64], int]:
-    """Split `count` lists, each written as its length, its items and `extra` more integers.
+def _split_lists(values: Ints, offsets: Ints, least: int, most: int, extra: int) -> int:
+    """Split lists, each written as its length, its items and `extra` more integers.
 
-    Returns offsets (count + 1,) of the items alone, and -1, or the index in `values` of the first length that is
-    not within `least` to `most` or runs out of the values. Values left over are reported at the first of them.
+    offsets (lists + 1,): filled with those of the items alone, from its 0 on. Returns -1, or the index in `values` of
+    the first length that is not within `least` to `most` or runs out of the values. Values left over are reported
+    at the first of them.
     """
-    offsets = np.zeros(count + 1, np.int64)
     at = 0
-    for i in range(count):
+    for i in range(len(offsets) - 1):
         if at >= len(values):
-            return offsets, at
-        length = int(values[at])
+            return at
+        length = values[at]
         if length < least or length > most or length > len(values) - at - 1 - extra:
-            return offsets, at
+            return at
         offsets[i + 1] = offsets[i] + length
         at += 1 + length + extra
-    return offsets, -1 if at == len(values) else at
+    return -1 if at == len(values) else at

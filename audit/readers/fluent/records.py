@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from meshwright.audit.errors import ReadError
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
-from meshwright.audit.readers.scan import skip_space
 from meshwright.audit.readers.source import Source
+from meshwright.audit.readers.tokens import pass_space, pointer
 
 __all__ = [
     "CELLS",
@@ -139,9 +139,10 @@ class FluentRecords:
 @kernel
 def _token_offset(data: NDArray[np.uint8], start: int, stop: int, index: int) -> int:
     """Offset of word `index` of the text from `start` on."""
-    at = skip_space(data, start, stop)
+    text = pointer(data)  # type: ignore[call-arg,var-annotated]
+    at = pass_space(text, start, stop)
     for _ in range(index):
         while at < stop and data[at] > 32 and data[at] != 41:
             at += 1
-        at = skip_space(data, at, stop)
+        at = pass_space(text, at, stop)
     return at

@@ -35,11 +35,10 @@ _REDUCED = {
     "tetra4": ("tet", ""),
 }
 _HIGH_ORDER = re.compile(r"(line|triangle|quad|tetra|wedge|hexahedron)(\d+)")
-_RENUMBERED = frozenset(
-    ("abaqus", "nastran", "avsucd", "mdpa", "permas", "flac3d", "exodus", "tetgen", "med")
-    + ("medit", "meditb", "netgen", "ugrid", "obj", "tecplot")
+_RENUMBERED = (
+    *("abaqus", "nastran", "avsucd", "mdpa", "permas", "flac3d", "exodus", "tetgen", "med"),
+    *("medit", "meditb", "netgen", "ugrid", "obj", "tecplot"),  # no numbers written, but counted from 1
 )
-"""Formats that number their nodes or elements, the second line silently and from 1."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.errors import ReadError, UnsupportedError
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.readers.gmsh.elements import ELEMENTS, NODE_COUNTS
 from meshwright.audit.readers.gmsh.parts import ElementPart, NodePart
 from meshwright.audit.readers.gmsh.sections import BinaryCursor, FileKind, Section, TextCursor
-from meshwright.audit.readers.scan import float_at, int_at, read_ints, skip_space
+from meshwright.audit.readers.scan import read_ints
 from meshwright.audit.readers.source import Source
+from meshwright.audit.readers.tokens import Pointer, parse_float, parse_int, pass_space, pointer
 
 __all__ = ["read_elements", "read_nodes", "scan_node_lines"]
 
@@ -40,33 +41,34 @@ _EXPECTED = {
 _ID, _TYPE, _PHYSICAL, _ENTITY, _START = range(5)
 
 
-@kernel
-def _same_line(buf: Any, pos: int, stop: int) -> int:
+@inner
+def _same_line(buf: Pointer, pos: int, stop: int) -> int:
     """First offset from `pos` that is not a blank within the line."""
     while pos < stop and (buf[pos] == 32 or buf[pos] == 9 or buf[pos] == 11 or buf[pos] == 12):
         pos += 1
     return pos
 
 
-@kernel
-def _at_line_end(buf: Any, pos: int, stop: int) -> bool:
+@inner
+def _at_line_end(buf: Pointer, pos: int, stop: int) -> bool:
     return pos >= stop or buf[pos] == 10 or buf[pos] == 13
 
 
 @kernel
 def _scan_nodes(buf: Any, pos: int, stop: int, extra: int, ids: Ints, points: Floats) -> tuple[int, int, int]:
     """Node lines: id x y z and `extra` more numbers (-1: dimension, entity and its parameters)."""
+    text = pointer(buf)  # type: ignore[call-arg,var-annotated]
     for i in range(len(ids)):
-        pos = skip_space(buf, pos, stop)
+        pos = pass_space(text, pos, stop)
         if pos >= stop:
             return i, pos, TOO_SHORT
-        ids[i], pos, ok = int_at(buf, pos, stop)
+        ids[i], pos, ok = parse_int(text, pos, stop)
         if not ok:
             return i, pos, NOT_INT
         more = max(extra, 0)
         for k in range(3 + more):
-            pos = skip_space(buf, pos, stop)
-            value, after, ok = float_at(buf, pos, stop)
+            pos = pass_space(text, pos, stop)
+            value, after, ok = parse_float(text, pos, stop)
             if not ok:
                 return i, pos, NOT_FLOAT
             if not np.isfinite(value):
@@ -75,18 +77,18 @@ def _scan_nodes(buf: Any, pos: int, stop: int, extra: int, ids: Ints, points: Fl
                 points[i, k] = value
             pos = after
         if extra < 0:
-            pos = skip_space(buf, pos, stop)
-            dimension, pos, ok = int_at(buf, pos, stop)
+            pos = pass_space(text, pos, stop)
+            dimension, pos, ok = parse_int(text, pos, stop)
             if not ok:
                 return i, pos, NOT_INT
-            pos = skip_space(buf, pos, stop)
-            _entity, pos, ok = int_at(buf, pos, stop)
+            pos = pass_space(text, pos, stop)
+            _entity, pos, ok = parse_int(text, pos, stop)
             if not ok:
                 return i, pos, NOT_INT
             more = dimension if 1 <= dimension <= 2 else 0
             for _ in range(more):
-                pos = skip_space(buf, pos, stop)
-                value, pos, ok = float_at(buf, pos, stop)
+                pos = pass_space(text, pos, stop)
+                value, pos, ok = parse_float(text, pos, stop)
                 if not ok:
                     return i, pos, NOT_FLOAT
     return len(ids), pos, DONE
@@ -100,9 +102,10 @@ def _scan_elements(
 
     heads: (n, 5) id, type, physical, entity, start in `nodes`.  Returns (done, offset, code, nodes used).
     """
+    text = pointer(buf)  # type: ignore[call-arg,var-annotated]
     used = 0
     for i in range(len(heads)):
-        pos = skip_space(buf, pos, stop)
+        pos = pass_space(text, pos, stop)
         if pos >= stop:
             return i, pos, TOO_SHORT, used
         heads[i, _PHYSICAL] = NO_GROUP
@@ -112,10 +115,10 @@ def _scan_elements(
         n_nodes = 0
         k = 0
         while k < 3 + n_tags + n_nodes:
-            pos = _same_line(buf, pos, stop)
-            if _at_line_end(buf, pos, stop):
+            pos = _same_line(text, pos, stop)
+            if _at_line_end(text, pos, stop):
                 return i, pos, LINE_ENDS, used
-            value, after, ok = int_at(buf, pos, stop)
+            value, after, ok = parse_int(text, pos, stop)
             if not ok:
                 return i, pos, NOT_INT, used
             column = k
@@ -144,8 +147,8 @@ def _scan_elements(
                 used += 1
             pos = after
             k += 1
-        if not _at_line_end(buf, _same_line(buf, pos, stop), stop):
-            return i, _same_line(buf, pos, stop), LINE_GOES_ON, used
+        if not _at_line_end(text, _same_line(text, pos, stop), stop):
+            return i, _same_line(text, pos, stop), LINE_GOES_ON, used
     return len(heads), pos, DONE, used
 
 

@@ -60,16 +60,20 @@ _use_cache_folder()
 
 
 def kernel(*args: Any, **options: Any) -> Any:
-    """`numba.njit` with the program's settings; use it bare, with a signature, or with options."""
-    settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, **options}
+    """`numba.njit` with the program's settings; use it bare, with a signature, or with options.
+
+    Without the entry point from C, which takes long to compile and which only first-class functions need.
+    """
+    settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    settings.update(options)
     if len(args) == 1 and callable(args[0]) and not hasattr(args[0], "return_type"):
         return numba.njit(**settings)(args[0])
     return numba.njit(*args, **settings)
 
 
 def inner(function: Callable[..., Any]) -> Any:
-    """A function that only kernels call: compiled without the entry points from Python and C, in half the time."""
-    return kernel(no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+    """A function that only kernels call: compiled without the entry point from Python too, in half the time."""
+    return kernel(no_cpython_wrapper=True)(function)
 
 
 class _Unhurried(event.Listener):

@@ -259,9 +259,7 @@ def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
     }
 
 
-def _gate(
-    mesh: Mesh, tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]
-) -> dict[str, Any]:
+def _gate(mesh: Mesh, tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, Any]:
     """No rules yet: the verdict follows the findings and what could not be measured."""
     unmeasured = []
     for k, name in enumerate(tables.types):

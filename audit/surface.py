@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.connectivity import faces
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Mesh, Zone
 
 __all__ = ["boundary_mesh"]
@@ -17,9 +18,9 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
     """A shell of the surface elements of a 3-D mesh, or None where there is nothing to measure.
 
     The surface elements that the file lists are taken; a face-based file without any gives its boundary faces and
-    those of walls with cells on both sides (a heated body, a baffle).
-    Points are shared with `mesh`, row by row; cell ids are the file's numbers of the elements or faces; face
-    zones become cell zones, of the members that lie in the surface.
+    those of walls with cells on both sides (a heated body, a baffle); any other file the faces that only one cell has.
+    Points are shared with `mesh`, row by row; cell ids are the file's numbers of the elements or faces, or count the
+    faces where the file has none; face zones become cell zones, of the members that lie in the surface.
     """
     if mesh.cell_dimension != 3:
         return None
@@ -29,13 +30,13 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
         blocks = tuple(_renumbered(block, old_rows) for block in listed)
         ids = old_rows if mesh.boundary_ids is None else mesh.boundary_ids[old_rows]
         zones_follow = mesh.faces is None
-    elif mesh.faces is not None:
-        old_rows = np.flatnonzero(_on_surface(mesh, mesh.faces))
-        blocks = _blocks_of_faces(mesh.faces, old_rows)
-        ids = old_rows if mesh.faces.ids is None else mesh.faces.ids[old_rows]
-        zones_follow = True
     else:
-        return None
+        sides = faces(mesh)
+        zones_follow = mesh.faces is not None
+        outside = _on_surface(mesh, sides) if zones_follow else sides.neighbour == NO_CELL
+        old_rows = np.flatnonzero(outside)
+        blocks = _blocks_of_faces(sides, old_rows)
+        ids = old_rows if sides.ids is None else sides.ids[old_rows]
     if not blocks:
         return None
     zones = tuple(_restricted(zone, old_rows) for zone in mesh.zones if zone.entity == "face") if zones_follow else ()
@@ -50,8 +51,8 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
     )
 
 
-def _on_surface(mesh: Mesh, faces: Faces) -> NDArray[np.bool_]:
-    outside: NDArray[np.bool_] = faces.neighbour == NO_CELL
+def _on_surface(mesh: Mesh, sides: Faces) -> NDArray[np.bool_]:
+    outside: NDArray[np.bool_] = sides.neighbour == NO_CELL
     for zone in mesh.zones:
         if zone.entity == "face" and zone.role == "wall":
             outside[zone.members] = True
@@ -62,20 +63,20 @@ def _renumbered(block: CellBlock, old_rows: NDArray) -> CellBlock:
     return CellBlock(block.type, np.searchsorted(old_rows, block.rows), block.nodes, block.offsets, block.items)
 
 
-def _blocks_of_faces(faces: Faces, rows: NDArray) -> tuple[CellBlock, ...]:
+def _blocks_of_faces(sides: Faces, rows: NDArray) -> tuple[CellBlock, ...]:
     """Triangles, quadrilaterals and polygons of these faces; faces of fewer than three nodes are not there in 3-D."""
-    widths = np.diff(faces.offsets)[rows]
+    widths = np.diff(sides.offsets)[rows]
     blocks = []
     for width, name in _BY_WIDTH.items():
         at = np.flatnonzero(widths == width)
         if len(at):
-            start = faces.offsets[rows[at]].astype(np.int64)
-            blocks.append(CellBlock(name, at, faces.nodes[start[:, None] + np.arange(width)]))
+            start = sides.offsets[rows[at]].astype(np.int64)
+            blocks.append(CellBlock(name, at, sides.nodes[start[:, None] + np.arange(width)]))
     at = np.flatnonzero(widths > 4)
     if len(at):
         offsets = np.concatenate([[0], np.cumsum(widths[at], dtype=np.int64)])
-        start = faces.offsets[rows[at]].astype(np.int64)
-        items = faces.nodes[np.repeat(start - offsets[:-1], widths[at]) + np.arange(offsets[-1])]
+        start = sides.offsets[rows[at]].astype(np.int64)
+        items = sides.nodes[np.repeat(start - offsets[:-1], widths[at]) + np.arange(offsets[-1])]
         blocks.append(CellBlock("polygon", at, offsets=offsets, items=items))
     return tuple(blocks)
 

@@ -9,7 +9,7 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
-from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.cells import CELL_TYPES, POLYTOPES
 from meshwright.audit.tables import BINNINGS, OVER, ROUNDING, SKEW
 from meshwright.reports.layout import Column, Grid
 from meshwright.reports.wording import figure, name, not_defined, number, percent, plural, size
@@ -29,6 +29,8 @@ _MOST_ZONES = 30
 _EIGHTHS = " ▏▎▍▌▋▊▉█"
 _BAR = 24
 _NOT_DEFINED = "not defined"
+_POLYTOPE_HINT = "polyhedra: each face against the regular polygon; reflex corners and hanging nodes score 1"
+"""Why a sound polyhedral mesh may have many cells of skew 1."""
 
 
 def section(title: str, aside: str = "") -> RenderableType:
@@ -49,6 +51,8 @@ def article_tables(tables: dict[str, Any]) -> Iterator[RenderableType]:
     """The per-type table, both distributions and GAMBIT's classes."""
     yield section("Quality by type")
     yield _quality(tables)
+    if any(row["type"] in POLYTOPES for row in tables["quality"]):
+        yield Padding(Text(_POLYTOPE_HINT, style="dim"), (0, 0, 0, 2))
     for binning in BINNINGS:
         found = tables["distributions"][binning.id]
         if found["counts"]:

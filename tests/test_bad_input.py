@@ -16,6 +16,7 @@ from click.testing import CliRunner
 from meshwright.reports.cli import cli
 
 _BASES = runpy.run_path(str(Path(__file__).with_name("fuzz_bases.py")))
+FAULTS = runpy.run_path(str(Path(__file__).with_name("faults.py")))["FAULTS"]
 FORMATS = ("fluent", "gmsh", "openfoam")
 # Of each format: the sound mesh, and the file of it that is damaged when the format does not matter.
 SOUND = {"fluent": "solid.msh", "gmsh": "text22.msh", "openfoam": "case"}
@@ -75,56 +76,20 @@ def refusal(path, *options):
 
 
 def assert_told(line, file, place=PLACE, expected=".+", found=".+"):
-    assert re.fullmatch(rf"meshwright: {re.escape(str(file))}: {place}: expected {expected}, found {found}\n", line), line
+    assert re.fullmatch(rf"meshwright: {re.escape(str(file))}: {place}: expected {expected}, found {found}\n", line), (
+        line
+    )
 
 
 # --- the mesh itself is damaged ---------------------------------------------------------------------------------
-TRILLION = "1000000000000"
-FAULTS = [
-    # reader, file, what stands there, what it becomes, place, expected, found
-    ("fluent", "", "(10 (0 1 c 0 3))", "(10 (0 1 d 0 3))", "line 3", "as many nodes as the zones bring, 12", "13"),
-    ("fluent", "", "(12 (0 1 4 0))", "(12 (0 1 5 0))", "line 4", "as many cells as the zones bring, 4", "5"),
-    ("fluent", "", "(13 (0 1 11 0))", "(13 (0 1 10 0))", "line 5", "as many faces as the zones bring, 17", "16"),
-    ("fluent", "", "(10 (1 1 c 1 3)", "(10 (1 1 e8d4a51000 1 3)", "line 6", "a range of nodes with numbers below.*", f"1 to {TRILLION}"),
-    ("fluent", "", "(12 (2 1 4 1 0)", "(12 (2 1 e8d4a51000 1 0)", "line 20", "a range of cells with numbers below.*", f"1 to {TRILLION}"),
-    ("fluent", "", "(13 (3 1 3 2 0)", "(13 (3 1 e8d4a51000 2 0)", "line 23", "a range of faces with numbers below.*", f"1 to {TRILLION}"),
-    ("fluent", "", "(10 (1 1 c 1 3)", "(10 (1 1 7fffff0 1 3)", "line 6", "a count of coordinates that fits.*", "402653136"),
-    ("fluent", "", "4 8 7 6 5 1 2", "4 0 7 6 5 1 2", "line 24", r"a node of 1 to 12 \(face 1\)", "'0.*"),
-    ("fluent", "", "4 8 7 6 5 1 2", "4 d 7 6 5 1 2", "line 24", r"a node of 1 to 12 \(face 1\)", "'d.*"),
-    ("fluent", "", "4 8 7 6 5 1 2", "4 8 7 6 5 1 5", "line 24", "a cell of 1 to 4.*", "'5.*"),
-    ("fluent", "", "1.25000 0.31250 0.62500", "1.25000 nan 0.62500", "line 12", r"a finite number \(coordinates\)", "'nan.*"),
-    ("gmsh", "text22.msh", "$Nodes\n12\n", "$Nodes\n13\n", r"line 2\d", "more records.*", ".*"),
-    ("gmsh", "text22.msh", "$Nodes\n12\n", "$Nodes\n11\n", r"line 2\d", r"\$EndNodes.*", "'12 .*"),
-    ("gmsh", "text22.msh", "$Nodes\n12\n", f"$Nodes\n{TRILLION}\n", r"line \d+", "a count of nodes that fits.*", TRILLION),
-    ("gmsh", "text22.msh", "$Elements\n18\n", f"$Elements\n{TRILLION}\n", r"line \d+", "a count of elements that fits.*", TRILLION),
-    ("gmsh", "text22.msh", "4 2 7 1 6 10 7 12", "4 2 7 1 6 10 7 0", "element 18", r"a node listed in \$Nodes", "node 0"),
-    ("gmsh", "text22.msh", "4 2 7 1 6 10 7 12", "4 2 7 1 6 10 7 13", "element 18", r"a node listed in \$Nodes", "node 13"),
-    ("gmsh", "text22.msh", "\n2 1.25000 ", "\n2 nan ", "line 12", "a finite coordinate", "'nan.*"),
-    ("gmsh", "text41.msh", "1 12 1 12", f"1 {TRILLION} 1 12", "line .*", "a count of nodes that fits.*", TRILLION),
-    ("gmsh", "text41.msh", "1 12 1 12", "1 12 1 11", "line .*", "node numbers from 1 to 11.*", "12"),
-    ("gmsh", "text41.msh", "\n18 6 10 7 12", "\n18 6 10 7 0", "element 18", r"a node listed in \$Nodes", "node 0"),
-    ("gmsh", "text41.msh", "\n18 6 10 7 12", "\n18 6 10 7 13", "element 18", r"a node listed in \$Nodes", "node 13"),
-    ("gmsh", "text41.msh", "\n1.59375 ", "\nnan ", "line .*", "a finite .*", "'nan.*"),
-    ("openfoam", "points", "\n27\n", "\n28\n", r"line \d+", ".*entry 28|.*entry 27 of 28.*", ".*"),
-    ("openfoam", "points", "\n27\n", f"\n{TRILLION}\n", r"line \d+", "a count of .* that fits.*", TRILLION),
-    ("openfoam", "points", "(1.5 ", "(nan ", r"line \d+", "point .* of finite numbers.*", "'nan.*"),
-    ("openfoam", "faces", "\n36\n", f"\n{TRILLION}\n", r"line \d+", "a count of .* that fits.*", TRILLION),
-    ("openfoam", "faces", "\n4(1 4", "\n4(-1 4", r"line \d+", "a point of a face from 0 to 26.*", "'-1.*"),
-    ("openfoam", "faces", "\n4(1 4", "\n4(27 4", r"line \d+", "a point of a face from 0 to 26.*", "'27.*"),
-    ("openfoam", "owner", "\n36\n", f"\n{TRILLION}\n", r"line \d+", "a count of .*", TRILLION),
-    ("openfoam", "boundary", "nFaces 4;", f"nFaces {TRILLION};", r"line \d+", "nFaces of patch 'inlet' from 0 to 36", TRILLION),
-]  # fmt: skip
-
-
 @pytest.mark.parametrize(
     ("reader", "name", "old", "new", "place", "expected", "found"),
-    FAULTS,
-    ids=[f"{row[0]} {row[1]} {row[3].strip()}" for row in FAULTS],
+    [pytest.param(*key, *row, id=f"{key[1]} {row[1].strip()}") for key, rows in FAULTS.items() for row in rows],
 )
 def test_a_fault_is_one_line_with_file_place_expectation_and_finding(
     reader, name, old, new, place, expected, found, bad
 ):
-    mesh = bad(reader, name or None)
+    mesh = bad(reader, name)
     text = mesh.file.read_text()
     assert old in text
     mesh.put(text.replace(old, new, 1).encode())
@@ -192,7 +157,7 @@ def test_a_file_without_permission_is_refused(reader, bad, monkeypatch):
 
 @pytest.mark.parametrize("reader", FORMATS)
 def test_binary_junk_is_refused(reader, bad):
-    mesh = bad(reader).put(random.Random(5).randbytes(5000))
+    mesh = bad(reader).put(random.Random(5).randbytes(5000))  # noqa: S311
     line = refusal(mesh.path)
     assert line.startswith(f"meshwright: {mesh.file}: ")
     assert_told(refusal(mesh.path, "--input-format", reader), mesh.file)
@@ -241,7 +206,9 @@ def test_the_content_of_a_file_counts_and_not_its_suffix(reader, title, suffix, 
 def test_a_picture_under_the_name_of_a_mesh_is_refused(name, tmp_path):
     (tmp_path / name).write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(range(256)))
     line = refusal(tmp_path / name)
-    assert re.fullmatch(rf"meshwright: {re.escape(str(tmp_path / name))}: expected a mesh in a known.*, found .+\n", line)
+    assert re.fullmatch(
+        rf"meshwright: {re.escape(str(tmp_path / name))}: expected a mesh in a known.*, found .+\n", line
+    )
 
 
 # --- what is left behind ----------------------------------------------------------------------------------------
@@ -257,17 +224,28 @@ def test_cells_of_a_mesh_that_cannot_be_read_are_not_written(reader, bad):
         assert kept.read_text() == "of old"
 
 
+@pytest.mark.parametrize("options", [["-o"], ["--format", "json", "-o"], ["--format", "csv", "-o"]], ids=" ".join)
 @pytest.mark.parametrize("reader", FORMATS)
-def test_an_output_of_a_mesh_that_cannot_be_read_is_whole_or_untouched(reader, bad, tmp_path):
+def test_an_output_of_a_mesh_that_cannot_be_read_is_whole_or_untouched(reader, options, bad):
     mesh = bad(reader)
     mesh.put(mesh.file.read_bytes()[:300])
-    kept = tmp_path / "report.json"
+    kept = mesh.folder / "report"
     kept.write_text("of old")
-    result = audit(mesh.path, "--out", f"json={kept}")
+    result = audit(mesh.path, *options, kept)
     assert (result.exit_code, result.stdout, result.stderr.count("\n")) == (3, "", 1)
-    text = kept.read_text()
-    assert text == "of old" or (text.endswith("}\n") and '"verdict": "incomplete"' in text)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([mesh.path.name, kept.name])
+    assert kept.read_text() == "of old" or re.search(r"incomplete|not read|error", kept.read_text(), re.IGNORECASE)
+    assert {path.name for path in mesh.folder.iterdir()} == {mesh.path.name, kept.name}  # no half of it
+
+
+@pytest.mark.xfail(strict=True, reason="a named output is given a page that says that the mesh was not read")
+@pytest.mark.parametrize("reader", FORMATS)
+def test_an_output_of_a_mesh_that_cannot_be_read_is_not_touched(reader, bad):
+    mesh = bad(reader)
+    mesh.put(mesh.file.read_bytes()[:300])
+    refusal(mesh.path, "-o", mesh.folder / "new")
+    (mesh.folder / "old").write_text("of old")
+    refusal(mesh.path, "-o", mesh.folder / "old")
+    assert (mesh.folder / "old").read_text() == "of old"
 
 
 # --- the real process -------------------------------------------------------------------------------------------

@@ -368,6 +368,14 @@ def test_a_hex_beside_eight_smaller_ones_stays_a_hex_while_its_face_stays_split(
     assert sorted(again.block("polyhedron").items) == list(np.flatnonzero(beside_whole))
 
 
+def test_a_piece_of_a_split_face_that_has_left_the_whole_cell_is_refused(read):
+    text = hex_refined_beside_a_whole_one()
+    with pytest.raises(ReadError, match="a cell on either side of face 1, which is in an interior zone, found '0"):
+        read(swapped(text, ("2 b 13 10 2 1", "2 b 13 10 2 0")))
+    with pytest.raises(ReadError, match="face 1: expected the unrefined cell beside face 42, of which it is a piece"):
+        read(swapped(text, ("2 b 13 10 2 1", "2 b 13 10 2 4")))
+
+
 def test_faces_cut_out_of_interfaces_are_left_out_and_said_so(read):
     # The face between the hexes becomes two boundary faces of interface zones, and a piece cut out of both.
     text = swapped(
@@ -428,7 +436,7 @@ def test_pairs_of_periodic_faces_and_edges_are_counted_in_the_notes(read):
         ("2 5 b 8 2 1", "2 5 b 8 2", "line 18: expected 6 integers"),
         ("2 5 b 8 2 1", "2 5 b 8 2 1 1", "the end of the faces of section 13"),
         ("2 5 b 8 2 1", "2 5 b 5 2 1", "twice"),
-        ("2 5 b 8 2 1", "2 5 b 8 2 0", "cell 1"),
+        ("2 5 b 8 2 1", "2 5 b 8 2 0", "line 17: expected a cell on either side of face 1"),
         ("4 8 9 c b 0 2", "5 8 9 c b 0 2", "line 29: expected 10 faces"),
         ("4 8 9 c b 0 2", "2 8 9 c b 0 2", "line 29: expected 10 faces"),
         ("4 1 4 a 7 1 0", "4 1 4 a.0 7 1 0", "hexadecimal"),

@@ -282,6 +282,14 @@ def test_a_wall_between_two_cells_belongs_to_the_surface_and_an_inner_face_does_
     assert [(z.name, shell("wall").ids_of_cells(z.members).tolist()) for z in shell("wall").zones] == [("between", [0])]
 
 
+def test_a_mesh_that_lists_no_surface_is_measured_on_the_faces_that_one_cell_has():
+    two_cubes = np.array([(x, y, z) for x in (0, 1, 2) for y in (0, 1) for z in (0, 1)], dtype=float)
+    hexes = [[0, 4, 6, 2, 1, 5, 7, 3], [4, 8, 10, 6, 5, 9, 11, 7]]
+    shell = boundary_mesh(Mesh(two_cubes, (CellBlock("hex", [0, 1], hexes),)))
+    assert shell.counts == {"quad": 10}
+    assert measure(shell, ["area"]).values["area"]["quad"].tolist() == [1.0] * 10
+
+
 def test_a_flat_mesh_has_no_surface_to_measure():
     mesh = Mesh(CUBE[:4], (CellBlock("quad", [0], [[0, 1, 2, 3]]),), dimension=2)
     assert boundary_mesh(mesh) is None

@@ -117,7 +117,7 @@ def tile_kernel(function: Kernel) -> Kernel:
 
     Only the driver and other kernels can call it, which spares compiling the entry point from Python.
     """
-    return kernel(no_cpython_wrapper=True)(function)
+    return kernel(no_cpython_wrapper=True, no_cfunc_wrapper=False)(function)
 
 
 @tile_kernel
@@ -125,7 +125,7 @@ def _nothing(tile: Tile, out: NDArray[np.float64]) -> None:
     """Fill the unused slots of the driver."""
 
 
-@kernel
+@inner
 def _gather(tile: Tile, points: NDArray[np.float64], nodes: NDArray[np.integer], first: int, finite: NDArray) -> None:
     """Copy the corners of 64 cells from row `first` on; lanes past the last cell repeat it."""
     last = nodes.shape[0] - 1

@@ -32,7 +32,7 @@ def cell_blocks(
     Raises ReadError for a cell that its faces do not enclose, and for one of another type than the file says.
     """
     ids = np.flatnonzero(live.cells) + 1
-    shape = _shapes(sides, live) if live.parents.any() else faces
+    shape = _shapes(source, sides, live) if live.parents.any() else faces
     dimension = records.dimension
     try:
         blocks = blocks_from_faces(shape.offsets, shape.nodes, shape.owner, shape.neighbour, len(ids), dimension)
@@ -88,17 +88,18 @@ def _with_polyhedra(
     return tuple(sorted(kept, key=lambda block: ORDER_OF_TYPES.index(block.type)))
 
 
-def _shapes(sides: Faces, live: Live) -> Faces:
+def _shapes(source: Source, sides: Faces, live: Live) -> Faces:
     """The faces that give each cell its shape: a cell beside smaller ones has the unsplit face, they the pieces.
 
     With the pieces such a cell would be no closed polyhedron in 3-D, since its other faces do not have the hanging
-    nodes on their edges.
+    nodes on their edges. Raises ReadError for a piece that is not beside such a cell as the unsplit face is.
     """
     split = live.parent[:, None] >= 0
     cells = np.stack((sides.owner, sides.neighbour), axis=1)
     alive = (cells != NO_CELL) & live.cells[cells]
     beside_whole = cells[live.parent]
     has_whole = split & ((cells == beside_whole[:, :1]) | (cells == beside_whole[:, 1:]))
+    _check_pieces(source, cells, live, has_whole & alive)
     seen = alive & ~has_whole & (live.faces | live.parents)[:, None]
     rows = np.flatnonzero(seen.any(axis=1))
     seen, cells = seen[rows], cells[rows]
@@ -108,6 +109,20 @@ def _shapes(sides: Faces, live: Live) -> Faces:
     offsets, nodes = take(sides.offsets, sides.nodes, rows)
     nodes = _turned(offsets, nodes, turned)
     return Faces(offsets, nodes, live.rows_of_cells(owner), live.rows_of_cells(neighbour))
+
+
+def _check_pieces(source: Source, cells: Ints, live: Live, has_whole: NDArray[np.bool_]) -> None:
+    """cells: (f, 2) on the sides of each face.  has_whole: whether that is a live cell beside the unsplit face too.
+
+    Nothing else would miss a piece that is gone: the cell's shape is that of the unsplit face.
+    """
+    whole = cells[live.parent]
+    wanted = (live.parent[:, None] >= 0) & (whole != NO_CELL) & live.cells[whole]
+    lacking = wanted.sum(axis=1) > has_whole.sum(axis=1)
+    if lacking.any():
+        face = int(np.argmax(lacking))
+        expected = f"the unrefined cell beside face {int(live.parent[face]) + 1}, of which it is a piece, beside it too"
+        raise ReadError(source.path, f"face {face + 1}", expected, "another")
 
 
 @kernel

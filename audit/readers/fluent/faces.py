@@ -22,6 +22,7 @@ from meshwright.audit.readers.source import Source
 __all__ = ["Live", "faces_by_number", "live_part"]
 
 _PARENT_CELLS, _PARENT_FACES = 32, 31
+_INTERIOR = 2
 _INT32_END = 2**31
 
 
@@ -61,7 +62,8 @@ class Live:
 def faces_by_number(source: Source, records: FluentRecords, n_points: int, n_cells: int) -> Faces:
     """All faces in the order of their numbers, owner and neighbour being numbers of cells - 1.
 
-    Raises ReadError for a node or cell outside 1 to n_points or n_cells, and for a face without two different sides.
+    Raises ReadError for a node or cell outside 1 to n_points or n_cells, for a face without two different sides, and
+    for one of an interior zone that has a cell on one side only.
     """
     ranges = sorted(records.faces, key=lambda zone: zone.first)
     n_faces = ranges[-1].last
@@ -77,6 +79,8 @@ def faces_by_number(source: Source, records: FluentRecords, n_points: int, n_cel
         lead = int(zone.offsets is not None)
         starts, cells = offsets[start : stop + 1], (owner[start:stop], neighbour[start:stop])
         bad = int(_store(zone.integers.values, lead, starts, nodes, *cells, n_points, n_cells))
+        if bad < 0 and zone.kind == _INTERIOR and neighbour[start:stop].min() == NO_CELL:
+            bad = int(np.argmin(neighbour[start:stop]))
         if bad >= 0:
             raise _bad_face(source, zone, bad, n_points, n_cells)
     return Faces(offsets, nodes, owner, neighbour)
@@ -110,7 +114,7 @@ def _store(
 
 
 def _bad_face(source: Source, zone: FaceRange, row: int, n_points: int, n_cells: int) -> ReadError:
-    """What is wrong with a face that `_store` refused."""
+    """What is wrong with a face that was refused."""
     lead = int(zone.offsets is not None)
     begin = row * zone.size if zone.offsets is None else int(zone.offsets[row])
     size = zone.size if zone.offsets is None else int(zone.offsets[row + 1]) - begin
@@ -122,7 +126,11 @@ def _bad_face(source: Source, zone: FaceRange, row: int, n_points: int, n_cells:
     for i in (begin + size, begin + size + 1):
         if not 0 <= zone.integers.values[i] <= n_cells:
             return zone.integers.error(source, i, f"a cell of 1 to {n_cells}, or 0 for none ({name})")
-    return zone.integers.error(source, begin + size + 1, f"two different cells beside {name}")
+    sides = zone.integers.values[begin + size : begin + size + 2]
+    if sides[0] == sides[1]:
+        return zone.integers.error(source, begin + size + 1, f"two different cells beside {name}")
+    place = begin + size + int(np.argmin(sides))
+    return zone.integers.error(source, place, f"a cell on either side of {name}, which is in an interior zone")
 
 
 def live_part(source: Source, records: FluentRecords, sides: Faces, n_cells: int) -> Live:

@@ -15,27 +15,35 @@ from meshwright.audit.mesh import CellBlock, Ints, index_array
 
 __all__ = ["faces_by_cell", "invert", "ragged", "sort_keys", "take", "uniform_offsets"]
 
-_SHORT = 8
-_GAPS = np.array(
-    [59724290, 26544129, 11797391, 5243285, 2330349, 1035711, 460316, 204585, 90927, 40412, 17961, 7983, 3548, 1577,
-     701, 301, 132, 57, 23, 10, 4, 1]
-)  # fmt: skip
-"""The last eight are Ciura's (2001), each one before them 2.25 times the next."""
-_SHORT_MOST = 2048
+_GAPS = (701, 301, 132, 57, 23, 10, 4, 1)
+"""Ciura's (2001), enough for the keys of a cell."""
+_SHORT = 2048
+_WIDE_GAPS = np.array(
+    [59724290, 26544129, 11797391, 5243285, 2330349, 1035711, 460316, 204585, 90927, 40412, 17961, 7983, 3548, 1577]
+)
+"""Those before them, each 2.25 times the next, for more keys."""
 
 
 @inner
 def sort_keys(keys: NDArray[np.int64], n: int) -> None:
     """Sort keys[:n] in place by Shell's method: faster on a cell's few keys than a library call, quick to compile."""
-    for k in range(_GAPS.size - _SHORT if n < _SHORT_MOST else 0, _GAPS.size):
-        gap = _GAPS[k]
-        for i in range(gap, n):
-            key = keys[i]
-            j = i
-            while j >= gap and keys[j - gap] > key:
-                keys[j] = keys[j - gap]
-                j -= gap
-            keys[j] = key
+    if n > _SHORT:
+        for k in range(_WIDE_GAPS.size):
+            _sort_at(keys, n, _WIDE_GAPS[k])
+    for gap in _GAPS:
+        _sort_at(keys, n, gap)
+
+
+@inner
+def _sort_at(keys: NDArray[np.int64], n: int, gap: int) -> None:
+    """One round of Shell's method."""
+    for i in range(gap, n):
+        key = keys[i]
+        j = i
+        while j >= gap and keys[j - gap] > key:
+            keys[j] = keys[j - gap]
+            j -= gap
+        keys[j] = key
 
 
 @kernel

@@ -165,7 +165,7 @@ def recognise(
     out: Ints,
     done: Flags,
 ) -> None:
-    """Fill done (n,): whether the faces of each of the cells `rows` form a cell of that kind, nodes in VTK order in out."""
+    """Fill done (n,): whether the faces of each of `rows` form a cell of that kind, and out: its nodes in VTK order."""
     base_size = 3 if kind in (TET, WEDGE) else 4
     for r in range(rows.size):
         faces = cell_faces[cell_offsets[rows[r]] : cell_offsets[rows[r] + 1]]

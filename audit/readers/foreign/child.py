@@ -70,7 +70,7 @@ def _fence(folder: Path, result: Path) -> None:
 
 
 def _hdf5_items(group: Any, level: int = 0) -> Iterator[Any]:
-    import h5py  # type: ignore[import-untyped]  # noqa: PLC0415 - only HDF5 files need it
+    import h5py  # noqa: PLC0415 - only HDF5 files need it
 
     if level > _HDF5_LEVELS:
         raise _refuse(f"groups nested at most {_HDF5_LEVELS} deep", "deeper ones")

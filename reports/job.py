@@ -112,11 +112,10 @@ def _one(job: Job, path: str) -> Summary:
 
 def _write(job: Job, outputs: list[tuple[str, str | None]], batch: Batch, page: Page) -> None:
     """Every output is attempted; the first failure is raised once the others are safe."""
-    nothing = not batch.documents and len(batch.unread) == 1
+    if not batch.documents and len(batch.unread) == 1:
+        return  # the one line on stderr has said it all, and what an earlier run wrote stays
     failed: UsageError | None = None
     for output, path in outputs:
-        if nothing and path is None:
-            continue  # the one line on stderr has said it all
         here = replace(page, width=page_width(), colour=wants_colour()) if path is None else page
         try:
             deliver(render(output, batch, here), path)

@@ -18,16 +18,16 @@ from meshwright.audit.parallel import in_parallel, limited_to
 
 __all__ = ["Measured", "clamp", "measure"]
 
-_PIECES = 8
+_PIECES = 4
 """Pieces a large block is cut into: enough to share among a few threads, few enough to start cheaply."""
 
-_LEAST_CHUNK = 512 * LANES
+_LEAST_CHUNK = 256 * LANES
 """Cells of a piece at the least; always a whole number of tiles."""
 
 _MOST_CHUNK = 2**20
 """Cells of a piece at the most, so that many processors have enough of them."""
 
-_LEAST_POLYTOPES = 32 * LANES
+_LEAST_POLYTOPES = 16 * LANES
 """The same for polygons and polyhedra, which take far longer."""
 
 Work = Callable[[int, int], None]

@@ -49,7 +49,7 @@ below 2 M, each off by fewer than 12 u: 48 u M**3 a face, and as much again for 
 _CORNER = 1e-14
 """A corner is folded where its scaled Jacobian does not exceed the rounding of the determinant."""
 
-_CHUNK = 2048 * LANES
+_CHUNK = 512 * LANES
 
 
 @dataclass(frozen=True, eq=False)

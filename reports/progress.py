@@ -21,7 +21,9 @@ def announce_compilation(*, quiet: bool) -> None:
         from meshwright.audit.jit import on_first_compilation  # noqa: PLC0415 - numba is slow to import
 
         on_first_compilation(
-            lambda: click.echo("meshwright: compiling the kernels, once; later runs start at once", err=True)
+            lambda: click.echo(
+                "meshwright: compiling kernels new to this machine; later runs find them ready", err=True
+            )
         )
 
 

@@ -7,6 +7,7 @@ All tables are int32 arrays in an order that depends on the mesh only.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
@@ -37,6 +38,7 @@ __all__ = [
     "overused_faces",
     "points_to_cells",
     "unused_points",
+    "used_points",
 ]
 
 _MOST = np.iinfo(np.int32).max
@@ -135,12 +137,18 @@ def points_to_cells(mesh: Mesh) -> tuple[Ints, Ints]:
 
 
 @once_per_mesh
-def unused_points(mesh: Mesh) -> Ints:
-    """Rows of the points that no cell uses, be it as a mid-side node; boundary elements do not count as use."""
+def used_points(mesh: Mesh) -> NDArray[np.bool_]:
+    """(n_points,) whether a cell uses the point, be it as a mid-side node; boundary elements do not count as use."""
     used = np.zeros(len(mesh.points), dtype=bool)
     for block in mesh.blocks:
         used[_nodes_of_block(mesh, block, corners_only=False)[1]] = True
-    return index_array(np.flatnonzero(~used))
+    used.flags.writeable = False
+    return used
+
+
+def unused_points(mesh: Mesh) -> Ints:
+    """Rows of the points that no cell uses."""
+    return index_array(np.flatnonzero(~used_points(mesh)))
 
 
 @once_per_mesh

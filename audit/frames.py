@@ -72,7 +72,7 @@ def cell_frame(measured: Measured) -> pd.DataFrame:
         "type": pd.Categorical.from_codes(type_codes, [block.type for block in mesh.blocks]),  # type: ignore[call-overload]
         "zone": pd.Categorical.from_codes(np.append(zone_codes, -1)[index], list(zone_names)),  # type: ignore[call-overload]
     }
-    for metric in measured.metrics:
+    for metric in (metric for metric in measured.metrics if metric.entity == "cell"):
         values = np.full(mesh.n_cells, math.nan)
         for name, raw in measured.values[metric.id].items():
             values[mesh.block(name).rows] = raw

@@ -9,10 +9,11 @@ after a node of the cell has been subtracted, so an offset of 1e9 cell sizes cos
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,16 @@ from meshwright.audit.connectivity import faces
 from meshwright.audit.csr import ragged, uniform_offsets
 from meshwright.audit.mesh import CellBlock, Floats, Mesh, index_array
 
-__all__ = ["CellGeometry", "FaceGeometry", "bounds", "cell_geometry", "face_geometry", "total_volume"]
+__all__ = [
+    "CellGeometry",
+    "FaceGeometry",
+    "bounds",
+    "cell_geometry",
+    "cell_normals",
+    "face_geometry",
+    "in_safe_units",
+    "total_volume",
+]
 
 _CHUNK = 1 << 15
 _UP = np.array([0.0, 0.0, 1.0])
@@ -81,6 +91,30 @@ def bounds(mesh: Mesh) -> Floats:
 
 
 @once_per_mesh
+def in_safe_units(mesh: Mesh) -> tuple[Mesh, float]:
+    """(the mesh, length of its unit) in a unit in which no product of five lengths can under- or overflow.
+
+    The mesh itself and 1 unless it is huge or tiny; else a copy, scaled by a power of two, which rounds nothing.
+    """
+    low, high = 0.25 * bounds(mesh)
+    size = float(np.max(high - low))
+    if not size > 0.0 or 1e-60 < size < 1e60:
+        return mesh, 1.0
+    exponent = math.frexp(size)[1]
+    with np.errstate(invalid="ignore"):
+        points = np.ldexp(np.ldexp(mesh.points, -(exponent // 2)), exponent // 2 - exponent)
+    return replace(mesh, points=points), math.ldexp(1.0, exponent)
+
+
+@once_per_mesh
+def cell_normals(mesh: Mesh) -> Floats:
+    """(n_cells, 3) normals of the cells of a 2-D or surface mesh, of any length."""
+    if mesh.dimension == 2:
+        return np.ascontiguousarray(np.broadcast_to(_UP, (mesh.n_cells, 3)))
+    return _shell_areas(mesh, os.cpu_count() or 1)
+
+
+@once_per_mesh
 def _kept_faces(mesh: Mesh) -> FaceGeometry:
     return _face_geometry(mesh, os.cpu_count() or 1)
 
@@ -98,8 +132,7 @@ def _face_geometry(mesh: Mesh, threads: int) -> FaceGeometry:
     if mesh.cell_dimension == 3:
         _in_chunks(n, threads, lambda a, b: solids.face_rows(points, table.offsets, table.nodes, a, b, area, centre))
     else:
-        normals = np.broadcast_to(_UP, (mesh.n_cells, 3)) if mesh.dimension == 2 else _shell_areas(mesh, threads)
-        normals = np.ascontiguousarray(normals)
+        normals = cell_normals(mesh)
         _in_chunks(
             n, threads, lambda a, b: solids.edge_rows(points, table.nodes, table.owner, normals, a, b, area, centre)
         )

@@ -1,8 +1,9 @@
 """How every kernel of the program is compiled, and where the compiled code is kept.
 
 `error_model="numpy"`: division by zero gives inf or nan, never an exception. No fastmath: it hides NaN.
-The cache lives in the user's cache folder under a key made of the source files that hold kernels, because numba
-looks only at the file of the outermost function and would keep stale code when a function it calls changes.
+The cache lives in the user's cache folder, a folder for each file that holds kernels, under a key made of that file
+and of all that it imports: numba looks only at the file of the outermost function and would keep stale code when a
+function it calls changes.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ from __future__ import annotations
 import gc
 import hashlib
 import os
+import re
 import shutil
 import warnings
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -22,53 +25,82 @@ from numba.core.errors import NumbaExperimentalFeatureWarning
 
 __all__ = ["inner", "kernel", "on_first_compilation"]
 
-_KEPT_CACHES = 4
+_KEPT = 3
+"""Versions of a module whose compiled code is kept: branches and versions of the program in use side by side."""
 
 # Metric kernels are called through numba's first-class function type, which numba still labels experimental.
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
+_HERE = Path(__file__).parent
+_IMPORTS = re.compile(r"^\s*from meshwright\.audit(\.[\w.]+)? import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
-def _cache_folder() -> Path:
+
+@cache
+def _source(file: Path) -> bytes:
+    return file.read_bytes()
+
+
+@cache
+def _imported(file: Path) -> frozenset[Path]:
+    """The program's own files that a file imports."""
+    found = set()
+    for path, names in _IMPORTS.findall(_source(file).decode()):
+        folder = _HERE.joinpath(*path.split(".")[1:])
+        if folder.is_dir():
+            found.add(folder / "__init__.py")
+            found |= {folder / f"{name}.py" for name in re.findall(r"\w+", names)}
+        else:
+            found.add(folder.with_suffix(".py"))
+    return frozenset(module for module in found if module.is_file())
+
+
+@cache
+def _cache_folder(file: Path) -> Path | None:
+    """Where the compiled code of a file's kernels lives: under a key made of it and all that it imports."""
     root = os.environ.get("NUMBA_CACHE_DIR")
-    if root:
-        base = Path(root)
-    else:
-        base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "meshwright" / "kernels"
+    base = Path(root or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    base = base if root else base / "meshwright" / "kernels"
+    seen: set[Path] = set()
+    todo = [file]
+    while todo:
+        here = todo.pop()
+        if here not in seen:
+            seen.add(here)
+            todo += _imported(here)
     digest = hashlib.sha256(numba.__version__.encode())
-    here = Path(__file__).parent
-    for path in sorted(here.rglob("*.py")):
-        source = path.read_bytes()
-        if b"kernel" in source:
-            digest.update(source)
-    return base / digest.hexdigest()[:16]
-
-
-def _use_cache_folder() -> None:
-    folder = _cache_folder()
+    for path in sorted(seen):
+        digest.update(_source(path))
+    name = ".".join(file.relative_to(_HERE).with_suffix("").parts) if file.is_relative_to(_HERE) else file.stem
+    folder = base / f"{name}-{digest.hexdigest()[:16]}"
     if not folder.exists():
         try:
             folder.mkdir(parents=True)
         except OSError:
-            return  # read-only home: numba falls back to its own choice of folder
-        old = sorted((p for p in folder.parent.iterdir() if p.is_dir()), key=lambda p: p.stat().st_mtime)
-        for stale in old[:-_KEPT_CACHES]:
+            return None  # read-only home: numba falls back to its own choice of folder
+        old = sorted((p for p in base.glob(f"{name}-*") if p.is_dir()), key=lambda p: p.stat().st_mtime)
+        for stale in old[:-_KEPT]:
             shutil.rmtree(stale, ignore_errors=True)
-    config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
-
-
-_use_cache_folder()
+    return folder
 
 
 def kernel(*args: Any, **options: Any) -> Any:
-    """`numba.njit` with the program's settings; use it bare, with a signature, or with options.
+    """`numba.njit` with the program's settings; use it bare or with options.
 
     Without the entry point from C, which takes long to compile and which only first-class functions need.
     """
     settings: dict[str, Any] = {"cache": True, "error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     settings.update(options)
-    if len(args) == 1 and callable(args[0]) and not hasattr(args[0], "return_type"):
-        return numba.njit(**settings)(args[0])
-    return numba.njit(*args, **settings)
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        before = config.CACHE_DIR  # type: ignore[attr-defined]
+        folder = _cache_folder(Path(function.__code__.co_filename))
+        config.CACHE_DIR = "" if folder is None else str(folder)  # type: ignore[attr-defined]
+        try:  # numba looks at the folder when it decorates
+            return numba.njit(**settings)(function)
+        finally:
+            config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+    return compiled(args[0]) if args else compiled
 
 
 def inner(function: Callable[..., Any]) -> Any:

@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 
-from meshwright.audit.findings import Finding, run_checks
+from meshwright.audit.findings import Finding, Options, run_checks
 from meshwright.audit.measurement import Measured, measure
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.metrics import select
+from meshwright.audit.metrics import METRICS, select
 from meshwright.audit.parallel import limited_to
 from meshwright.audit.surface import boundary_mesh
 from meshwright.audit.tables import ASPECT, SKEW
@@ -36,6 +36,16 @@ class Audit:
     surface: Measured | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
+    @property
+    def cell_metrics(self) -> tuple[str, ...]:
+        """The chosen metrics that are values of cells."""
+        return tuple(id_ for id_ in self.chosen if METRICS[id_].entity == "cell")
+
+    @property
+    def point_metrics(self) -> tuple[str, ...]:
+        """The chosen metrics that are values of points."""
+        return tuple(id_ for id_ in self.chosen if METRICS[id_].entity == "point")
+
 
 def audit(
     mesh: Mesh,
@@ -43,12 +53,14 @@ def audit(
     *,
     threads: int | None = None,
     surfaces: bool = False,
+    options: Options | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Audit:
     """Measure `mesh` and check it.
 
     metrics: "default", "all" or ids with commas; UsageError for an unknown one.  threads: for the kernels, all
-    cores when None.  surfaces: measure the boundary elements of a 3-D mesh too.  progress: told the stage
+    cores when None.  surfaces: measure the boundary elements of a 3-D mesh too.  options: what the checks should know
+    and cannot read off the mesh.  progress: told the stage
     ("metrics", "surfaces", "checks"), the cells done and the cells in all (0, 0 where that is not known).
     """
     chosen = tuple(metric.id for metric in select(metrics))
@@ -73,5 +85,5 @@ def audit(
                 shell = boundary_mesh(mesh)
                 surface = None if shell is None else measure(shell, wanted)
         with stage("checks"):
-            findings = run_checks(mesh, measured)
+            findings = run_checks(mesh, measured, options)
     return Audit(mesh, measured, findings, chosen, surface, seconds)

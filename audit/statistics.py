@@ -8,38 +8,76 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PERCENTILES", "Statistics", "statistics", "worst_first"]
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.findings.shapes import cell_shapes
+from meshwright.audit.mesh import Mesh
+from meshwright.audit.metrics.row import Metric
+
+__all__ = ["PERCENTILES", "Statistics", "degenerate", "statistics", "worst_first"]
 
 PERCENTILES = (50, 95, 99)
 
 
 @dataclass(frozen=True)
 class Statistics:
-    """count: cells with a value; undefined: cells with nan. The others are nan where count is 0.
+    """count: entities with a value; undefined: with nan; degenerate: of `count`, with the value of a broken cell.
 
-    percentiles: at `PERCENTILES`, of the values as stored (so for a 1-is-best metric the bad tail is below p50).
+    The others are nan where count is 0. min and max are over all values, mean and percentiles over those that are not
+    degenerate. percentiles: at `PERCENTILES`, of the values as stored (so for a 1-is-best metric the bad tail is
+    below p50).
     """
 
     count: int
     undefined: int
+    degenerate: int
     min: float
     max: float
     mean: float
     percentiles: tuple[float, ...]
 
 
-def statistics(values: NDArray[np.float64]) -> Statistics:
-    """Statistics of (n,) values; nan is counted apart and never averaged in."""
+def degenerate(
+    mesh: Mesh, metric: Metric, key: str, values: NDArray[np.float64], rows: NDArray[np.intp] | None
+) -> NDArray[np.bool_] | None:
+    """(n,) the values that stand for "no shape" instead of measuring one; None for none.
+
+    They equal the metric's value for a degenerate cell, on a cell without size or with an edge of no length, or are
+    infinite.  key, rows: what the values belong to, as in `Measured.values`.
+    """
+    worst = metric.degenerate
+    if math.isnan(worst):
+        return None
+    suspect = values == worst
+    if not suspect.any():
+        return None
+    if math.isinf(worst):
+        return suspect
+    if key in CELL_TYPES:
+        cells = mesh.block(key).rows
+        shapes = cell_shapes(mesh)
+        broken = shapes.flat | shapes.collapsed
+        suspect &= broken[cells if rows is None else cells[rows]]
+    else:
+        return None
+    return suspect if suspect.any() else None
+
+
+def statistics(values: NDArray[np.float64], broken: NDArray[np.bool_] | None = None) -> Statistics:
+    """Statistics of (n,) values; nan is counted apart and never averaged in, and neither are the `broken` ones."""
     absent = np.isnan(values)
     undefined = int(np.count_nonzero(absent))
     known = values[~absent] if undefined else values
     if not len(known):
-        return Statistics(0, undefined, math.nan, math.nan, math.nan, (math.nan,) * len(PERCENTILES))
-    with np.errstate(invalid="ignore", over="ignore"):
-        mean = float(known.mean())  # inf - inf is honestly nan
-    return Statistics(
-        len(known), undefined, float(known.min()), float(known.max()), mean, tuple(_percentiles(known, PERCENTILES))
-    )
+        return Statistics(0, undefined, 0, math.nan, math.nan, math.nan, (math.nan,) * len(PERCENTILES))
+    sound = known if broken is None else values[~absent & ~broken]
+    mean, percentiles = math.nan, [math.nan] * len(PERCENTILES)
+    if len(sound):
+        with np.errstate(invalid="ignore", over="ignore"):
+            mean = float(sound.mean())  # inf - inf is honestly nan
+        percentiles = _percentiles(sound, PERCENTILES)
+    broken_ones = len(known) - len(sound)
+    low, high = float(known.min()), float(known.max())
+    return Statistics(len(known), undefined, broken_ones, low, high, mean, tuple(percentiles))
 
 
 def _percentiles(known: NDArray[np.float64], percents: tuple[int, ...]) -> list[float]:

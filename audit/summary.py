@@ -15,11 +15,12 @@ from meshwright.audit.errors import UsageError, printable
 from meshwright.audit.findings import Finding
 from meshwright.audit.fingerprint import fingerprint
 from meshwright.audit.measurement import Measured, clamp
-from meshwright.audit.mesh import CellBlock, Mesh
+from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
+from meshwright.audit.places import Places, plain, text
 from meshwright.audit.run import Audit
-from meshwright.audit.statistics import PERCENTILES, statistics, worst_first
+from meshwright.audit.statistics import PERCENTILES, degenerate, statistics, worst_first
 from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate
 
 __all__ = ["SCHEMA", "Summary", "cells_of_zones", "summarise"]
@@ -55,7 +56,7 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
         "version": version("meshwright"),
         "mesh": _mesh(mesh, sha256),
         "zones": [
-            {"name": _text(z.name), "kind": z.kind, "role": z.role, "entity": z.entity, "count": len(z.members)}
+            {"name": text(z.name), "kind": z.kind, "role": z.role, "entity": z.entity, "count": len(z.members)}
             for z in mesh.zones
         ],
         "selection": None if chosen is None else {"zone": zone, "cells": int(np.count_nonzero(chosen))},
@@ -65,7 +66,7 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
         "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
         "findings": findings,
         "gate": _gate(mesh, tables, metrics, findings),
-        "notes": [_text(note) for note in mesh.notes],
+        "notes": [text(note) for note in mesh.notes],
     }
     if audit.surface is not None:
         shell = audit.surface
@@ -93,24 +94,10 @@ def cells_of_zones(mesh: Mesh, pattern: str) -> Mask:
     return mask
 
 
-def _plain(value: float) -> float | str:
-    """A number as JSON holds it: what JSON lacks is spelled."""
-    if math.isnan(value):
-        return "nan"
-    if math.isinf(value):
-        return "inf" if value > 0 else "-inf"
-    return float(value)
-
-
-def _text(text: str) -> str:
-    """A name that can be written as UTF-8, whatever bytes it came from."""
-    return text.encode("utf-8", "replace").decode("utf-8")
-
-
 def _mesh(mesh: Mesh, sha256: str | None) -> dict[str, Any]:
     finite = mesh.points[np.isfinite(mesh.points).all(axis=1)] if mesh.n_nonfinite else mesh.points
     return {
-        "path": _text(mesh.path),
+        "path": text(mesh.path),
         "format": mesh.format,
         "sha256": sha256,
         "dimension": mesh.dimension,
@@ -141,7 +128,7 @@ def _table_keys(tables: Tables, mesh: Mesh, group: int) -> dict[str, Any]:
         tally = tables.distributions[binning.id]
         defined = [k for k in kinds if tally.defined[k]]
         distributions[binning.id] = {
-            "fluent": [_plain(edge) for edge in binning.edges],
+            "fluent": [plain(edge) for edge in binning.edges],
             "icem": list(binning.mirrored),
             "counts": {tables.types[k]: tally.counts[group, k].tolist() for k in defined},
             "undefined": {tables.types[k]: int(tally.undefined[group, k]) for k in defined},
@@ -163,7 +150,7 @@ def _zone_table(tables: Tables, mesh: Mesh, group: int) -> dict[str, Any]:
     index = tables.groups[group].zone
     zone = mesh.cell_zones[index] if index is not None and index >= 0 else None
     return {
-        "zone": None if zone is None else _text(zone.name),
+        "zone": None if zone is None else text(zone.name),
         "kind": "" if zone is None else zone.kind,
         "role": "" if zone is None else zone.role,
         "count": int(tables.cells[group].sum()),
@@ -176,71 +163,46 @@ def _definition(key: str) -> dict[str, Any]:
     return {
         "title": metric.title,
         "unit": metric.unit,
-        "low": _plain(metric.low),
-        "high": _plain(metric.high),
+        "low": plain(metric.low),
+        "high": plain(metric.high),
         "best": metric.best,
     }
 
 
 def _metrics(measured: Measured, ids: tuple[str, ...], chosen: Mask | None, n_worst: int) -> dict[str, Any]:
     mesh = measured.mesh
-    zone_index = mesh.cell_zone_index()
+    places = Places(mesh, chosen)
 
     def figures_of(pair: tuple[str, str]) -> dict[str, Any]:
-        key, name = pair
-        metric, block, raw = METRICS[key], mesh.block(name), measured.values[key][name]
-        places = None if chosen is None else np.flatnonzero(chosen[block.rows])
-        values = clamp(metric, raw if places is None else raw[places])
-        figures = statistics(values)
+        id_, key = pair
+        metric, raw = METRICS[id_], measured.values[id_][key]
+        rows = places.chosen(key, measured.domain(id_, key))
+        values = clamp(metric, raw if rows is None else raw[rows])
+        broken = degenerate(mesh, metric, key, values, rows)
+        figures = statistics(values, broken)
         listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
-        listed_places = listed if places is None else places[listed]
+        listed_rows = listed if rows is None else rows[listed]
         return {
             "count": figures.count,
             "undefined": figures.undefined,
-            "min": _plain(figures.min),
-            "max": _plain(figures.max),
-            "mean": _plain(figures.mean),
-            **{f"p{p}": _plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
+            "degenerate": figures.degenerate,
+            "min": plain(figures.min),
+            "max": plain(figures.max),
+            "mean": plain(figures.mean),
+            **{f"p{p}": plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
             "worst": [
-                _worst_cell(mesh, block, place, float(values[at]), zone_index)
-                for place, at in zip(listed_places.tolist(), listed.tolist(), strict=True)
+                places.describe(key, row, plain(float(values[at])))
+                for row, at in zip(listed_rows.tolist(), listed.tolist(), strict=True)
             ],
         }
 
     present = [b.type for b in mesh.blocks if len(b) and (chosen is None or chosen[b.rows].any())]
-    pairs = [(key, name) for key in ids for name in present if name in measured.values[key]]
-    found: dict[str, Any] = {key: {} for key in ids}
-    for (key, name), figures in zip(pairs, in_parallel(figures_of, pairs), strict=True):
-        found[key][name] = figures
+    keys = (*present, "face", "point")
+    pairs = [(id_, key) for id_ in ids for key in keys if key in measured.values[id_]]
+    found: dict[str, Any] = {id_: {} for id_ in ids}
+    for (id_, key), figures in zip(pairs, in_parallel(figures_of, pairs), strict=True):
+        found[id_][key] = figures
     return found
-
-
-def _worst_cell(
-    mesh: Mesh, block: CellBlock, place: int, value: float, zone_index: NDArray[np.integer]
-) -> dict[str, Any]:
-    row = int(block.rows[place])
-    zone = int(zone_index[row])
-    return {
-        "cell": int(mesh.ids_of_cells(row)),
-        "value": _plain(value),
-        "zone": None if zone < 0 else _text(mesh.cell_zones[zone].name),
-        "centroid": [_plain(x) for x in _centroid(mesh, block, place)],
-    }
-
-
-def _centroid(mesh: Mesh, block: CellBlock, place: int) -> list[float]:
-    """Mean of the corners, which exists for a cell of any shape, collapsed ones too."""
-    if block.offsets is None or block.items is None:
-        nodes = block.nodes[place][: CELL_TYPES[block.type].n_corners]
-    else:
-        nodes = block.items[block.offsets[place] : block.offsets[place + 1]]
-        if block.type == "polyhedron" and mesh.faces is not None:
-            faces = mesh.faces
-            nodes = np.unique(
-                np.concatenate([faces.nodes[faces.offsets[face] : faces.offsets[face + 1]] for face in nodes])
-            )
-    with np.errstate(invalid="ignore", over="ignore"):
-        return mesh.points[nodes].mean(axis=0).tolist()
 
 
 def _touches(finding: Finding, chosen: Mask) -> bool:
@@ -255,7 +217,9 @@ def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
         "count": finding.count,
         "entity": finding.entity,
         "ids": finding.ids(mesh)[:_MOST_IDS].tolist(),
-        "message": _text(finding.message),
+        "places": [[plain(x) for x in where] for where in finding.places(mesh, _MOST_IDS)],
+        "message": text(finding.message),
+        **({} if finding.detail is None else {"detail": finding.detail}),
     }
 
 

@@ -39,7 +39,7 @@ def cell_table(audit: Audit, chosen: Mask | None = None) -> pa.Table:
         "type": types.take(pa.array(type_codes)),
         "zone": zones.take(pa.array(zone_codes, mask=zone_codes < 0)),
     }
-    for key in audit.chosen:
+    for key in audit.cell_metrics:
         values = np.full(mesh.n_cells, math.nan)
         missing = np.ones(mesh.n_cells, dtype=bool)
         for name, raw in measured.values[key].items():

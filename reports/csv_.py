@@ -14,7 +14,7 @@ from meshwright.reports.wording import csv_cell
 __all__ = ["COLUMNS", "render"]
 
 COLUMNS = ("path", "table", "zone", "type", "item", "fluent", "icem", "value")
-_STATISTICS = ("count", "undefined", "min", "max", "mean", "p50", "p95", "p99")
+_STATISTICS = ("count", "undefined", "degenerate", "min", "max", "mean", "p50", "p95", "p99")
 
 Row = tuple[Any, ...]
 

@@ -8,6 +8,7 @@ from typing import Any
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.tables import BINNINGS
 from meshwright.reports.outputs import Batch, Page
+from meshwright.reports.text_tables import entity_number
 from meshwright.reports.wording import figure, markdown, not_defined, percent, size
 
 __all__ = ["render"]
@@ -132,7 +133,7 @@ def _metrics(document: dict[str, Any]) -> Iterator[str]:
         unit = document["definitions"][key]["unit"]
         for kind, figures in of_type.items():
             values = (figure(figures[item], unit) for item in ("min", "p50", "mean", "p95", "max"))
-            worst = figures["worst"][0]["cell"] if figures["worst"] else "-"
+            worst = entity_number(figures["worst"][0]) if figures["worst"] else "-"
             rows.append((f"`{key}`", kind, *(markdown(v) for v in values), str(worst)))
     if rows:
-        yield _table(("Metric", "Type", "min", "p50", "mean", "p95", "max", "worst cell"), "llrrrrrr", rows)
+        yield _table(("Metric", "Type", "min", "p50", "mean", "p95", "max", "worst at"), "llrrrrrr", rows)

@@ -26,6 +26,7 @@ def list_metrics() -> str:
     table = Grid((Column("metric"), Column("title", cut=True), Column("best"), Column("defined on")), indent=0)
     for metric in METRICS.values():
         kinds = "all" if set(metric.on) >= set(LINEAR_TYPES + POLYTOPES) else " ".join(metric.on)
+        kinds = {"cell": kinds, "face": f"faces ({kinds})", "point": "points"}[metric.entity]
         table.add(metric.id, metric.title, _best(metric), kinds)
     note = "" if len(DEFAULT) == len(METRICS) else f"\n`--metrics default` measures: {', '.join(DEFAULT)}"
     return _print(table, Text(f"{note}\nmeshwright explain METRIC tells more.", style="dim"))
@@ -48,16 +49,25 @@ def explain(key: str) -> str:
         table.add_row("perfect cell", f"{metric.ideal:g}")
     worth = "undefined (nan)" if math.isnan(metric.degenerate) else _end(metric.degenerate)
     table.add_row("degenerate cell", worth)
-    titles = {True: "defined on", False: "not defined on"}
-    for defined, title in titles.items():
-        kinds = [CELL_TYPES[kind].title for kind in LINEAR_TYPES + POLYTOPES if (kind in metric.on) == defined]
-        if kinds:
-            table.add_row(title, ", ".join(kinds))
+    _add_domain(table, metric)
     table.add_row("known as", "\n".join(metric.systems))
     table.add_row("source", metric.source)
     if metric.caveat:
         table.add_row("beware", metric.caveat)
     return _print(Text(metric.id, style="bold").append(f"  {metric.title}", style="not bold"), Text(""), table)
+
+
+def _add_domain(table: Table, metric: Metric) -> None:
+    """What the metric is defined on and what not."""
+    if metric.entity != "cell":
+        kinds = "points that a cell uses" if metric.entity == "point" else f"{' and '.join(metric.on)} faces"
+        table.add_row("defined on", kinds)
+        return
+    candidates = tuple(dict.fromkeys((*LINEAR_TYPES, *POLYTOPES, *metric.on)))
+    for defined, title in {True: "defined on", False: "not defined on"}.items():
+        kinds = [CELL_TYPES[kind].title for kind in candidates if (kind in metric.on) == defined]
+        if kinds:
+            table.add_row(title, ", ".join(kinds))
 
 
 def _end(value: float) -> str:

@@ -16,6 +16,7 @@ from meshwright.reports.wording import figure, name, not_defined, number, percen
 
 __all__ = [
     "article_tables",
+    "entity_number",
     "metric_table",
     "section",
     "type_title",
@@ -164,7 +165,7 @@ def metric_table(document: dict[str, Any]) -> Iterator[RenderableType]:
 
 
 def worst_tables(document: dict[str, Any]) -> Iterator[RenderableType]:
-    """The worst cells by equi-angle skew over all types, then the worst one of every other metric."""
+    """The worst cells by equi-angle skew over all types, then the worst cell, face or point of every other metric."""
     metrics = document["metrics"]
     judged = [key for key in metrics if document["definitions"][key]["best"] != "none" and _merged(document, key)]
     if not judged:
@@ -177,13 +178,14 @@ def worst_tables(document: dict[str, Any]) -> Iterator[RenderableType]:
     others = [(key, *_merged(document, key)[0]) for key in judged if key != first]
     others = [row for row in others if not _perfect(document["definitions"][row[0]], row[2]["value"])]
     if others:
-        yield section("Worst cell of every other metric", "those without a fault are left out")
+        yield section("Worst of every other metric", "those without a fault are left out")
         yield _cell_grid(document, others, with_metric=True)
 
 
 def _cell_grid(document: dict[str, Any], rows: list[tuple[str, str, dict[str, Any]]], *, with_metric: bool) -> Grid:
     """Cells with their place; of a table that is too wide the place is left out first."""
-    columns = (Column("cell", "r"), Column("type"), Column("value", "r"), Column("zone", cut=True))
+    where = "number" if with_metric else "cell"
+    columns = (Column(where, "r"), Column("type"), Column("value", "r"), Column("zone", cut=True))
     grid = Grid(
         (
             *([Column("metric", cut=True)] if with_metric else []),
@@ -196,13 +198,18 @@ def _cell_grid(document: dict[str, Any], rows: list[tuple[str, str, dict[str, An
     for (key, kind, cell), place in zip(rows, places, strict=True):
         grid.add(
             *([key] if with_metric else []),
-            str(cell["cell"]),
+            str(entity_number(cell)),
             kind,
             figure(cell["value"], document["definitions"][key]["unit"]),
             name(cell["zone"], 60),
             "  ".join(x.rjust(width) for x, width in zip(place, widths, strict=True)),
         )
     return grid
+
+
+def entity_number(entry: dict[str, Any]) -> int:
+    """The file's own number of the cell, face or point of an entry of a list of worst values."""
+    return next(int(entry[key]) for key in ("cell", "face", "point") if key in entry)
 
 
 def _perfect(definition: dict[str, Any], value: Any) -> bool:

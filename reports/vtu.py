@@ -40,7 +40,8 @@ def write_vtu(audit: Audit, chosen: NDArray[np.bool_] | None, stream: BinaryIO) 
     """Write the mesh and its chosen metrics to `stream`.
 
     Cells stand in file order; fields: cell (the file's number), zone (index of its cell zone, -1 for none; names are
-    in the field data), and the raw metrics. VTK has no empty value, so a metric that is not defined for a type is nan.
+    in the field data), and the raw metrics, those of points as point fields; metrics of faces have no place in it.
+    VTK has no empty value, so a metric that is not defined for a type is nan.
     """
     mesh = audit.mesh
     rows = np.arange(mesh.n_cells) if chosen is None else np.flatnonzero(chosen)
@@ -68,12 +69,14 @@ def write_vtu(audit: Audit, chosen: NDArray[np.bool_] | None, stream: BinaryIO) 
         data.tag("cell", mesh.ids_of_cells(rows).astype("<i8")),
         data.tag("zone", mesh.cell_zone_index()[rows].astype("<i4")),
     ]
-    for key in audit.chosen:
+    for key in audit.cell_metrics:
         values = np.full(mesh.n_cells, math.nan, dtype="<f8")
         for name, raw in audit.measured.values[key].items():
             values[mesh.block(name).rows] = raw
         xml.append(data.tag(key, values[rows]))
-    xml.append('</CellData>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_')
+    xml.append("</CellData>\n<PointData>\n")
+    xml += [data.tag(key, audit.measured.values[key]["point"].astype("<f8")) for key in audit.point_metrics]
+    xml.append('</PointData>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding="raw">\n_')
     stream.write("".join(xml).encode("utf-8"))
     for array in data.arrays:
         stream.write(np.array([array.nbytes], dtype="<u8").tobytes())

@@ -35,7 +35,7 @@ def test_every_golden_value_is_met_to_nine_digits(shared):
     for element in golden["elements"]:
         got = values_of(element["type"], element["points"])
         wanted = {id_: float(value) for id_, value in element["values"].items() if id_ in METRICS}
-        assert got.keys() == wanted.keys(), element["name"]
+        assert wanted.keys() <= got.keys(), element["name"]
         checked += len(wanted)
         wrong += [
             (element["name"], id_, got[id_], wanted[id_]) for id_ in wanted if not same(id_, got[id_], wanted[id_])

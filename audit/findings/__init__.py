@@ -8,31 +8,55 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from meshwright.audit.findings import degenerate, handedness, inversion, points, zones
+from meshwright.audit.findings import (
+    blocks,
+    curved,
+    degenerate,
+    delaunay,
+    features,
+    gaps,
+    handedness,
+    interfaces,
+    inversion,
+    kinds,
+    layers,
+    points,
+    sizes,
+    surfaces,
+    walls,
+    zones,
+)
 from meshwright.audit.findings.facts import NEEDS, Facts
 from meshwright.audit.findings.finding import Check, Finding
+from meshwright.audit.findings.options import Options
 from meshwright.audit.findings.sides import face_handedness
 from meshwright.audit.findings.zones import census
 from meshwright.audit.mesh import Mesh
+from meshwright.audit.parallel import in_parallel
 
 if TYPE_CHECKING:
     from meshwright.audit.measurement import Measured
 
-__all__ = ["CHECKS", "Check", "Finding", "census", "face_handedness", "run_checks"]
+__all__ = ["CHECKS", "Check", "Finding", "Options", "census", "face_handedness", "run_checks"]
 
-CHECKS: dict[str, Check] = {
-    check.code: check for family in (points, degenerate, inversion, handedness, zones) for check in family.ROWS
-}
+_FAMILIES = (
+    *(points, degenerate, inversion, handedness, curved, surfaces, gaps, interfaces),
+    *(kinds, zones, blocks, features, sizes, layers, delaunay, walls),
+)
+
+CHECKS: dict[str, Check] = {check.code: check for family in _FAMILIES for check in family.ROWS}
 """Every check by its code, in the order in which findings are listed within a severity."""
 
 _ORDER = ("error", "warning", "info")
 
 
-def run_checks(mesh: Mesh, measured: Measured | None = None) -> tuple[Finding, ...]:
+def run_checks(mesh: Mesh, measured: Measured | None = None, options: Options | None = None) -> tuple[Finding, ...]:
     """What the checks have to say, errors first. A sound mesh gets no errors and no warnings.
 
-    measured: metric values for checks that can use them.
+    measured: metric values for checks that can use them.  options: what the user told of the mesh.
     """
-    facts = Facts(mesh, measured)
-    found = (check.run(facts) for check in CHECKS.values() if all(NEEDS[word](facts) for word in check.needs))
+    facts = Facts(mesh, measured, options or Options())
+    wanted = [check for check in CHECKS.values() if all(NEEDS[word](facts) for word in check.needs)]
+    facts.prepare()
+    found = in_parallel(lambda check: check.run(facts), wanted)
     return tuple(sorted((f for f in found if f is not None), key=lambda finding: _ORDER.index(finding.severity)))

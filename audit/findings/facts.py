@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from meshwright.audit.connectivity import duplicate_cells, faces, overused_faces
 from meshwright.audit.csr import take
+from meshwright.audit.findings.options import Options
 from meshwright.audit.findings.shapes import Shapes, cell_shapes
 from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides
 from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh, index_array
@@ -28,10 +29,19 @@ HANDFUL = 4
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """A mesh, its metric values where the caller has them, and what several checks share."""
+    """A mesh, its metric values where the caller has them, what the user told of it, and what several checks share."""
 
     mesh: Mesh
     measured: Measured | None = None
+    options: Options = field(default_factory=Options)
+
+    def prepare(self) -> None:
+        """Compute what many checks read before they run side by side, so that no two of them compute it at once."""
+        if self.mesh.dimension == 2 or self.mesh.cell_dimension == 3:
+            face_sides(self.mesh)
+        else:
+            faces(self.mesh)
+            cell_shapes(self.mesh)
 
     @property
     def shapes(self) -> Shapes:

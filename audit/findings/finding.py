@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from meshwright.audit.mesh import Ints, Mesh, index_array
+from meshwright.audit.places import place
 
 if TYPE_CHECKING:
     from meshwright.audit.findings.facts import Facts
@@ -27,7 +28,7 @@ class Finding:
     code: stable word.  entity: what `rows` are rows of: "cell", "point", "face" (of `connectivity.faces`), "edge"
     (the faces of a 2-D or surface mesh, which are edges of two nodes), "zone" (of `Mesh.zones`), or "face" of
     `Mesh.boundary` where `of_boundary` is true.  rows: all of them, ascending.  message: one sentence that says
-    what it means and what to do.
+    what it means and what to do.  detail: figures behind it as JSON holds them (loops, layers, a histogram), or None.
     """
 
     code: str
@@ -36,6 +37,7 @@ class Finding:
     rows: Ints
     message: str
     of_boundary: bool = False
+    detail: dict[str, Any] | None = None
 
     @property
     def count(self) -> int:
@@ -57,15 +59,26 @@ class Finding:
             numbers = np.array([i if zone.id is None else zone.id for i, zone in enumerate(mesh.zones)], dtype=np.int64)
         return self.rows if numbers is None else numbers[self.rows]
 
+    def places(self, mesh: Mesh, most: int) -> list[list[float]]:
+        """Coordinates of the first `most` entities, the mean of their corners; zones have none."""
+        if self.entity == "zone":
+            return []
+        return [place(mesh, self.entity, row, self.of_boundary) for row in self.rows[:most].tolist()]
+
 
 @dataclass(frozen=True)
 class Found:
-    """What the function of a check returns: rows (any order, each once) and the sentence for people."""
+    """What the function of a check returns: rows (any order, each once) and the sentence for people.
+
+    entity, severity: where they differ from those of the check.  detail: see `Finding`.
+    """
 
     rows: ArrayLike
     message: str
     entity: Entity | None = None
     of_boundary: bool = False
+    severity: Severity | None = None
+    detail: dict[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -93,7 +106,8 @@ class Check:
         rows = index_array(np.sort(np.asarray(found.rows)))
         if not len(rows):
             return None
-        return Finding(self.code, self.severity, found.entity or self.entity, rows, found.message, found.of_boundary)
+        severity, entity = found.severity or self.severity, found.entity or self.entity
+        return Finding(self.code, severity, entity, rows, found.message, found.of_boundary, found.detail)
 
 
 def counted(n: int, thing: str, plural: str = "") -> str:

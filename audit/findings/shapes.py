@@ -31,7 +31,7 @@ from meshwright.audit.metrics.stages import edges as edge_stage
 from meshwright.audit.metrics.stages import faces as face_stage
 from meshwright.audit.metrics.stages import jacobians as jacobian_stage
 from meshwright.audit.metrics.stages import volume as volume_stage
-from meshwright.audit.metrics.tile import LANES, Kernel, prepare, run_kernels
+from meshwright.audit.metrics.tile import LANES, Kernel, plan, prepare, run_kernels
 from meshwright.audit.parallel import in_parallel
 
 __all__ = ["FLAT", "Shapes", "cell_shapes"]
@@ -118,13 +118,14 @@ def _fixed_block(mesh: Mesh, block: CellBlock, shapes: Shapes) -> None:
     """Cells of a fixed type, a chunk at a time, so that no column of the whole block is ever held."""
     name = CELL_TYPES[block.type].corners
     kernels, stages = _kernels_for(name, mesh.dimension)
-    prepare((*stages, *kernels.values()), block.nodes)
+    batches = plan([(function, stages) for function in kernels.values()])
+    prepare(batches, block.nodes)
 
     def measure(start: int) -> None:
         rows = block.rows[start : start + _CHUNK]
         nodes = block.nodes[start : start + _CHUNK]
         table = np.empty((len(kernels), len(rows)))
-        run_kernels(name, mesh.points, nodes, 0, len(rows), stages, tuple(kernels.values()), table)
+        run_kernels(name, mesh.points, nodes, 0, len(rows), batches, table)
         column = dict(zip(kernels, table, strict=True))
         relative = column["relative"]
         _decide(mesh, name, nodes, relative)

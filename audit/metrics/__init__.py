@@ -6,18 +6,43 @@ import difflib
 
 from meshwright.audit.cells import LINEAR_TYPES
 from meshwright.audit.errors import UsageError
-from meshwright.audit.metrics import angles, aspect, edges, jacobian, modes, size
+from meshwright.audit.metrics import (
+    angles,
+    ansys,
+    aspect,
+    dihedral,
+    edges,
+    faces,
+    fluent,
+    hypermesh,
+    icem,
+    jacobian,
+    modes,
+    neighbours,
+    openfoam,
+    points,
+    second_order,
+    size,
+    structural,
+    verdict,
+)
 from meshwright.audit.metrics.row import Metric
 
 __all__ = ["APPLICABILITY", "DEFAULT", "METRICS", "Metric", "find", "select"]
 
-METRICS: dict[str, Metric] = {
-    row.id: row for family in (angles, aspect, edges, modes, jacobian, size) for row in family.ROWS
-}
+_FAMILIES = (
+    *(angles, dihedral, aspect, edges, modes, jacobian, size),
+    *(icem, fluent, neighbours, faces, openfoam, points),
+    *(ansys, hypermesh, structural, verdict, second_order),
+)
+
+METRICS: dict[str, Metric] = {row.id: row for family in _FAMILIES for row in family.ROWS}
 """Every metric by id."""
 
-DEFAULT: tuple[str, ...] = tuple(METRICS)
-"""Ids measured when nothing else is asked for."""
+DEFAULT: tuple[str, ...] = tuple(
+    row.id for family in (angles, aspect, edges, modes, jacobian, size) for row in family.ROWS
+)
+"""Ids measured when nothing else is asked for: the article's table, and what shows that a cell is bad."""
 
 _ARTICLE = (
     ("Area", "area"),

@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.jit import inner
-from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
+from meshwright.audit.metrics.tile import LANES, Tile, stage
 
 __all__ = [
-    "STAGES",
     "angles",
     "axes",
+    "centres",
     "corner",
     "degrees",
     "degrees_from_cotangent",
@@ -29,7 +29,7 @@ __all__ = [
 Lane = NDArray[np.float64]
 
 
-@tile_kernel
+@stage
 def edges(tile: Tile, out: Lane) -> None:
     """Squared edge lengths and their extremes."""
     table, x = tile.tables.edges, tile.x
@@ -45,7 +45,7 @@ def edges(tile: Tile, out: Lane) -> None:
             high[i] = max(high[i], d2)
 
 
-@tile_kernel
+@stage
 def diagonals(tile: Tile, out: Lane) -> None:
     """Extremes of the squared diagonals."""
     table, x = tile.tables.diagonals, tile.x
@@ -60,7 +60,7 @@ def diagonals(tile: Tile, out: Lane) -> None:
             high[i] = max(high[i], d2)
 
 
-@tile_kernel
+@stage
 def faces(tile: Tile, out: Lane) -> None:
     """Area vectors, outward in a positive cell; that of a quadrilateral is half the product of its diagonals."""
     tris, quads = tile.tables.tris, tile.tables.quads
@@ -83,7 +83,7 @@ def faces(tile: Tile, out: Lane) -> None:
             area[2, i] = 0.5 * (ux * vy - uy * vx)
 
 
-@tile_kernel
+@stage
 def volume(tile: Tile, out: Lane) -> None:
     """Signed volume by the divergence theorem over faces fanned about their vertex mean.
 
@@ -112,7 +112,7 @@ def volume(tile: Tile, out: Lane) -> None:
             tile.volume[i] += (sx * (ty * uz - tz * uy) + sy * (tz * ux - tx * uz) + sz * (tx * uy - ty * ux)) / 12.0
 
 
-@tile_kernel
+@stage
 def jacobians(tile: Tile, out: Lane) -> None:
     """Determinant of the edge triple at each corner; the apex of a pyramid has none."""
     triads = tile.tables.triads
@@ -132,7 +132,7 @@ def jacobians(tile: Tile, out: Lane) -> None:
             high[i] = max(high[i], abs(j))
 
 
-@tile_kernel
+@stage
 def axes(tile: Tile, out: Lane) -> None:
     """Principal axes B_k and mixed modes X_kl of a hex (Verdict's, divided by 4)."""
     x, axis, mode = tile.x, tile.axis, tile.mode
@@ -156,7 +156,7 @@ def axes(tile: Tile, out: Lane) -> None:
             mode[2, d, i] = 0.25 * ((top_back - top_front) - (bottom_back - bottom_front))
 
 
-@tile_kernel
+@stage
 def quad_axes(tile: Tile, out: Lane) -> None:
     """Bisectors X1, X2 and hour-glass vector T of a quadrilateral."""
     x = tile.x
@@ -212,7 +212,7 @@ def widen(small, large, reflex, corner, turned):  # type: ignore[no-untyped-def]
     return small, large, reflex
 
 
-@tile_kernel
+@stage
 def angles(tile: Tile, out: Lane) -> None:
     """Extreme corner angles of the faces, reduced as signed squares of the cotangent u.v / |u x v|.
 
@@ -282,5 +282,61 @@ def angles(tile: Tile, out: Lane) -> None:
                 tile.angle[2 * shape + 1, i] = 360.0 - degrees(reflex[i])
 
 
-STAGES = (edges, diagonals, faces, volume, jacobians, axes, quad_axes, angles)
-"""All stages, in the order in which a tile runs those that its metrics read."""
+@stage
+def centres(tile: Tile, out: Lane) -> None:
+    """Centres of the faces, the areas of their fans, and the centre of the cell, by OpenFOAM's rules; needs `faces`.
+
+    A face is fanned about the mean of its corners, its centre weighs the triangles by their area. The cell is cut into
+    pyramids over its faces with the apex at the mean of the face centres, its centre weighs them by their signed volume.
+    """
+    tris, quads, x, work = tile.tables.tris, tile.tables.quads, tile.x, tile.work
+    n = len(tris) + len(quads)
+    for r in range(len(tris)):
+        a, c = tile.face[r], tile.face_centre[r]
+        for i in range(LANES):
+            tile.face_fan[r, i] = math.sqrt(a[0, i] ** 2 + a[1, i] ** 2 + a[2, i] ** 2)
+        for d in range(3):
+            for i in range(LANES):
+                c[d, i] = (x[tris[r, 0], d, i] + x[tris[r, 1], d, i] + x[tris[r, 2], d, i]) / 3.0
+    for r in range(len(quads)):
+        c, fan = tile.face_centre[len(tris) + r], tile.face_fan[len(tris) + r]
+        for d in range(3):  # rows of scratch: 0 to 2 the mean of the corners
+            for i in range(LANES):
+                total = x[quads[r, 0], d, i] + x[quads[r, 1], d, i] + x[quads[r, 2], d, i] + x[quads[r, 3], d, i]
+                work[d, i] = 0.25 * total
+                c[d, i] = 0.0
+        for i in range(LANES):
+            fan[i] = 0.0
+        for k in range(4):
+            p, q = quads[r, k], quads[r, (k + 1) % 4]
+            for i in range(LANES):
+                ux, uy, uz = x[p, 0, i] - work[0, i], x[p, 1, i] - work[1, i], x[p, 2, i] - work[2, i]
+                vx, vy, vz = x[q, 0, i] - work[0, i], x[q, 1, i] - work[1, i], x[q, 2, i] - work[2, i]
+                nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+                w = 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
+                fan[i] += w
+                c[0, i] += w * (ux + vx)
+                c[1, i] += w * (uy + vy)
+                c[2, i] += w * (uz + vz)
+        for d in range(3):
+            for i in range(LANES):
+                c[d, i] = work[d, i] + (c[d, i] / (3.0 * fan[i]) if fan[i] > 0.0 else 0.0)
+    for d in range(7):  # 0 to 2 the mean of the face centres, 3 to 5 the weighted sum about it, 6 the weights
+        for i in range(LANES):
+            work[d, i] = 0.0
+    for r in range(n):
+        for d in range(3):
+            for i in range(LANES):
+                work[d, i] += tile.face_centre[r, d, i] / n
+    for r in range(n):
+        a, c = tile.face[r], tile.face_centre[r]
+        for i in range(LANES):
+            dx, dy, dz = c[0, i] - work[0, i], c[1, i] - work[1, i], c[2, i] - work[2, i]
+            w = a[0, i] * dx + a[1, i] * dy + a[2, i] * dz
+            work[6, i] += w
+            work[3, i] += w * dx
+            work[4, i] += w * dy
+            work[5, i] += w * dz
+    for d in range(3):
+        for i in range(LANES):
+            tile.centre[d, i] = work[d, i] + (0.75 * work[3 + d, i] / work[6, i] if work[6, i] != 0.0 else 0.0)

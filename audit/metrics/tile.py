@@ -21,17 +21,22 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import inner, kernel
+from meshwright.audit.shape_functions import gradient_table
 
 __all__ = [
     "LANES",
     "SAFE_HIGH",
     "SAFE_LOW",
+    "STAGES",
+    "Batch",
     "Kernel",
     "Tables",
     "Tile",
+    "plan",
     "prepare",
     "rescale",
     "run_kernels",
+    "stage",
     "tile_kernel",
 ]
 
@@ -50,19 +55,25 @@ Kernel = Any
 
 
 class Tables(NamedTuple):
-    """Rows of the cell type's tables that kernels loop over; see `cells.CellType`."""
+    """Rows of the cell type's tables that kernels loop over; see `cells.CellType`.
+
+    mids (m,): of a second-order type, the node on each row of `edges`; empty otherwise.  gradients (p, n, 3):
+    derivatives of its shape functions at p points, the nodes first; see `shape_functions`. Empty otherwise.
+    """
 
     edges: NDArray[np.int64]
     tris: NDArray[np.int64]
     quads: NDArray[np.int64]
     triads: NDArray[np.int64]
     diagonals: NDArray[np.int64]
+    mids: NDArray[np.int64]
+    gradients: NDArray[np.float64]
 
 
 class Tile(NamedTuple):
     """Geometry of 192 cells; the last axis is the lane.
 
-    x (n, 3, L): corners relative to the cell's first one, in units of `unit`.
+    x (n, 3, L): corners, and for metrics of second-order cells all nodes, relative to the first, in units of `unit`.
     unit (L,): length of one unit of x, a power of two; 1 except in huge or tiny cells.
     edge2 (m, L): squared edge lengths.  edge_range, diagonal_range (2, L): smallest and largest squared length.
     angle (4, L): smallest and largest corner angle in degrees of the triangular faces (rows 0, 1) and of the quadrilateral
@@ -71,8 +82,10 @@ class Tile(NamedTuple):
     jacobian (k, L): determinants of the corner triads.  jacobian_range (2, L): the smallest, and the largest absolute one.
     axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
     bisectors and mode[3] the hour-glass vector.
-    face (f, 3, L): area vectors, triangular faces first.  volume (L,): signed volume in unit**3.
-    work (8, L): scratch.  tables: of the cell type.
+    face (f, 3, L): area vectors, triangular faces first.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
+    the sum of its fan triangles' areas.  centre (3, L): of the cell.  volume (L,): signed volume in unit**3.
+    dihedral (2, L): smallest and largest angle between faces in degrees.
+    work (16, L): scratch.  tables: of the cell type.
     """
 
     x: NDArray[np.float64]
@@ -87,6 +100,10 @@ class Tile(NamedTuple):
     axis: NDArray[np.float64]
     mode: NDArray[np.float64]
     face: NDArray[np.float64]
+    face_centre: NDArray[np.float64]
+    face_fan: NDArray[np.float64]
+    centre: NDArray[np.float64]
+    dihedral: NDArray[np.float64]
     volume: NDArray[np.float64]
     work: NDArray[np.float64]
     tables: Tables
@@ -94,16 +111,22 @@ class Tile(NamedTuple):
 
 def _new_tables(type_name: str) -> Tables:
     cell = CELL_TYPES[type_name]
-    return Tables(cell.edge_table, cell.tri_faces, cell.quad_faces, cell.triad_table, cell.diagonal_table)
+    mids = np.array(cell.mid_edges, dtype=np.int64)
+    return Tables(
+        *(cell.edge_table, cell.tri_faces, cell.quad_faces, cell.triad_table, cell.diagonal_table, mids),
+        gradients=gradient_table(type_name),
+    )
 
 
 def _new_tile(type_name: str) -> Tile:
     t = _new_tables(type_name)
+    n_faces = len(t.tris) + len(t.quads)
     shape = {
         "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge2": (len(t.edges),), "edge_range": (2,),
         "diagonal_range": (2,), "jacobian_range": (2,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
-        "face": (len(t.tris) + len(t.quads), 3), "volume": (), "work": (8,),
+        "face": (n_faces, 3), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,), "dihedral": (2,),
+        "volume": (), "work": (16,),
     }  # fmt: skip
     return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
 
@@ -119,6 +142,17 @@ def tile_kernel(function: Kernel) -> Kernel:
     Only the driver and other kernels can call it, which spares compiling the entry point from Python.
     """
     return kernel(no_cpython_wrapper=True, no_cfunc_wrapper=False)(function)
+
+
+STAGES: list[Kernel] = []
+"""Every stage in the order of definition, in which a tile runs them: a stage may read what those before it wrote."""
+
+
+def stage(function: Kernel) -> Kernel:
+    """A tile kernel that writes geometry for others into the tile instead of `out`."""
+    made = tile_kernel(function)
+    STAGES.append(made)
+    return made
 
 
 @tile_kernel
@@ -212,12 +246,48 @@ def _run_tiles(tile, points, nodes, start, stop, kernels, columns, out):  # type
                     row[first + i] = lane[i] if finite[i] == 1.0 else np.nan
 
 
-def prepare(functions: Iterable[Kernel], nodes: NDArray[np.integer]) -> None:
-    """Compile these kernels, and the driver for this type of connectivity, unless that is done already.
+class Batch(NamedTuple):
+    """What one pass of the driver runs: `_SLOTS` functions, and for each of them a row of the output or -1."""
+
+    functions: tuple[Kernel, ...]
+    columns: NDArray[np.int64]
+
+
+def plan(work: Sequence[tuple[Kernel, Sequence[Kernel]]]) -> list[Batch]:
+    """The passes that run these (kernel, stages it reads), whose output rows count from 0.
+
+    Kernels that read the same stages go together, since every pass runs its stages again.
+    """
+    rank = {id(function): place for place, function in enumerate(STAGES)}
+    order = sorted(range(len(work)), key=lambda row: sorted(rank[id(one)] for one in work[row][1]))
+    batches: list[Batch] = []
+    stages: dict[int, Kernel] = {}
+    rows: list[int] = []
+
+    def close() -> None:
+        if rows:
+            before = [function for _, function in sorted(stages.items())]
+            functions = (*before, *(work[row][0] for row in rows))
+            columns = np.array([-1] * len(before) + rows, dtype=np.int64)
+            batches.append(Batch((*functions, *(_nothing,) * (_SLOTS - len(functions))), columns))
+
+    for row in order:
+        needed = {rank[id(function)]: function for function in work[row][1]}
+        if len(stages | needed) + len(rows) + 1 > _SLOTS:
+            close()
+            stages, rows = {}, []
+        stages |= needed
+        rows.append(row)
+    close()
+    return batches
+
+
+def prepare(batches: Iterable[Batch], nodes: NDArray[np.integer]) -> None:
+    """Compile the kernels of these batches, and the driver for this type of connectivity, unless that is done already.
 
     Not thread-safe: call it before any thread calls `run_kernels`.
     """
-    for function in (_nothing, *functions):
+    for function in {id(function): function for batch in batches for function in batch.functions}.values():
         function.compile(_SIGNATURE)
     signature = _driver_signature(nodes.dtype)
     if signature.args not in _run_tiles.overloads:
@@ -232,23 +302,17 @@ def run_kernels(
     nodes: NDArray[np.integer],
     start: int,
     stop: int,
-    stages: Sequence[Kernel],
-    metrics: Sequence[Kernel],
+    batches: Sequence[Batch],
     out: NDArray[np.float64],
 ) -> None:
-    """Measure rows start to stop of a block of one linear type, after `prepare`.
+    """Measure rows start to stop of a block, after `prepare`.
 
-    points (n, 3), nodes (cells, k): may be wider than the type's corners.  stages: run first, in this order.
-    metrics: one row of out (len(metrics), cells) each.  A cell with a non-finite corner gets nan throughout.
+    type_name: linear, or second-order to give kernels all nodes.  points (n, 3), nodes (cells, k): may be wider than
+    the type.  batches: of `plan`.  out (rows, cells).  A cell with a non-finite corner gets nan throughout.
     Releases the GIL; disjoint ranges may run in parallel.
     """
-    room = _SLOTS - len(stages)
     tile = _new_tile(type_name)
     # the entry point itself: working out the types of all those functions at every call costs more than 10,000 cells do
     run = _run_tiles.overloads[_driver_signature(nodes.dtype).args].entry_point
-    for begin in range(0, len(metrics), room):
-        batch = metrics[begin : begin + room]
-        functions = (*stages, *batch)
-        padding = (_nothing,) * (_SLOTS - len(functions))
-        columns = np.array([-1] * len(stages) + list(range(begin, begin + len(batch))), dtype=np.int64)
-        run(tile, points, nodes, start, stop, (*functions, *padding), columns, out)
+    for functions, columns in batches:
+        run(tile, points, nodes, start, stop, functions, columns, out)

@@ -1,0 +1,9 @@
+"""The check on Delaunay violations, by exact predicates."""
+
+from __future__ import annotations
+
+from meshwright.audit.findings.finding import Check
+
+__all__ = ["ROWS"]
+
+ROWS: tuple[Check, ...] = ()

@@ -1,0 +1,9 @@
+"""ANSYS Mechanical and MAPDL shape checks."""
+
+from __future__ import annotations
+
+from meshwright.audit.metrics.row import Metric
+
+__all__ = ["ROWS"]
+
+ROWS: tuple[Metric, ...] = ()

@@ -1,0 +1,259 @@
+"""The engine of face metrics: faces by the tile, as `tile` does it for cells.
+
+A tile holds 192 faces of any number of nodes with what lies on both sides of them. A metric is a function
+`(face: FaceTile, out)` that loops over the lanes. Faces of 2-D cells are edges: their area vector has the length of
+the edge and lies in the plane of the owner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import typeof, types
+from numba.np.numpy_support import from_dtype
+from numpy.typing import NDArray
+
+from meshwright.audit.connectivity import faces
+from meshwright.audit.geometry import cell_geometry, cell_normals, in_safe_units
+from meshwright.audit.jit import inner, kernel
+from meshwright.audit.mesh import Floats, Mesh
+from meshwright.audit.metrics.row import Metric
+from meshwright.audit.metrics.tile import LANES, Kernel
+
+__all__ = ["FaceTile", "face_kernel", "measure_faces"]
+
+_SLOTS = 16
+_ALL, _INTERIOR, _BOUNDARY = range(3)
+
+
+class FaceTile(NamedTuple):
+    """Geometry of 192 faces; the last axis is the lane. Centres and areas by OpenFOAM's rules (`geometry`).
+
+    x (k, 3, L): nodes relative to the face's first one; only the first count[0] rows are in use, and a face of fewer
+    nodes repeats its last one, which adds nothing to a sum over its fan and moves no extreme.
+    centre (3, L): of the face, relative to the same node.  area (3, L): area vector, away from the owner.
+    fan (L,): sum of the areas of the triangles of the fan about the mean of the nodes.
+    own, other (3, L): from the centre of the owner and of the neighbour to the centre of the face; other is 0 on the
+    boundary.  between (3, L): from owner to neighbour.  volume (2, L): of owner and neighbour, signed.
+    boundary (L,): 1 where there is no neighbour, else 0.  unit (L,): length of one unit of all this.
+    work (8, L): scratch.  count (1,): rows of x in use.
+    """
+
+    x: NDArray[np.float64]
+    centre: NDArray[np.float64]
+    area: NDArray[np.float64]
+    fan: NDArray[np.float64]
+    own: NDArray[np.float64]
+    other: NDArray[np.float64]
+    between: NDArray[np.float64]
+    volume: NDArray[np.float64]
+    boundary: NDArray[np.float64]
+    unit: NDArray[np.float64]
+    work: NDArray[np.float64]
+    count: NDArray[np.int64]
+
+
+class _Sides(NamedTuple):
+    """The faces of a mesh and the cells beside them, in safe units."""
+
+    points: Floats
+    offsets: NDArray[np.integer]
+    nodes: NDArray[np.integer]
+    owner: NDArray[np.integer]
+    neighbour: NDArray[np.integer]
+    centre: Floats
+    volume: Floats
+    normal: Floats
+
+
+def _new_tile(most_nodes: int, unit: float) -> FaceTile:
+    shape = {
+        "x": (most_nodes, 3), "centre": (3,), "area": (3,), "fan": (), "own": (3,), "other": (3,), "between": (3,),
+        "volume": (2,), "boundary": (), "unit": (), "work": (8,),
+    }  # fmt: skip
+    tile = FaceTile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, count=np.zeros(1, np.int64))
+    tile.unit[:] = unit
+    return tile
+
+
+_TILE = typeof(_new_tile(1, 1.0))
+_SIGNATURE = types.void(_TILE, types.Array(types.float64, 1, "C"))
+_KERNEL = types.FunctionType(_SIGNATURE)
+
+
+def face_kernel(function: Kernel) -> Kernel:
+    """Mark a function `(face: FaceTile, out: (L,) float64)` as a face metric; compiled when first asked for."""
+    return kernel(no_cpython_wrapper=True, no_cfunc_wrapper=False)(function)
+
+
+@face_kernel
+def _nothing(face: FaceTile, out: NDArray[np.float64]) -> None:
+    """Fill the unused slots of the driver."""
+
+
+@inner
+def _gather(tile, sides, first, stop, finite):  # type: ignore[no-untyped-def]
+    """Fill the tile with the faces from row `first` on; lanes past the last one, `stop` - 1, repeat it."""
+    points, most = sides.points, 0
+    for i in range(LANES):
+        f = min(first + i, stop - 1)
+        start, size = sides.offsets[f], sides.offsets[f + 1] - sides.offsets[f]
+        most = max(most, size)
+    tile.count[0] = most
+    for i in range(LANES):
+        f = min(first + i, stop - 1)
+        start, size = sides.offsets[f], sides.offsets[f + 1] - sides.offsets[f]
+        p = sides.nodes[start]
+        ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
+        mx, my, mz = 0.0, 0.0, 0.0
+        for k in range(most):
+            q = sides.nodes[start + min(k, size - 1)]
+            dx, dy, dz = points[q, 0] - ox, points[q, 1] - oy, points[q, 2] - oz
+            tile.x[k, 0, i], tile.x[k, 1, i], tile.x[k, 2, i] = dx, dy, dz
+            if k < size:
+                mx, my, mz = mx + dx, my + dy, mz + dz
+        tile.work[0, i], tile.work[1, i], tile.work[2, i] = mx / size, my / size, mz / size
+        c, b = sides.owner[f], sides.neighbour[f]
+        n = b if b >= 0 else c
+        tile.boundary[i] = 1.0 if b < 0 else 0.0
+        # relative to the first node, like everything else; completed below
+        tile.own[0, i], tile.own[1, i], tile.own[2, i] = (
+            ox - sides.centre[c, 0], oy - sides.centre[c, 1], oz - sides.centre[c, 2]
+        )  # fmt: skip
+        tile.other[0, i], tile.other[1, i], tile.other[2, i] = (
+            ox - sides.centre[n, 0], oy - sides.centre[n, 1], oz - sides.centre[n, 2]
+        )  # fmt: skip
+        for d in range(3):
+            tile.between[d, i] = sides.centre[n, d] - sides.centre[c, d]
+        tile.volume[0, i], tile.volume[1, i] = sides.volume[c], sides.volume[n]
+        if size == 2:  # the edge of a 2-D cell: the normal, for `_turn`
+            for d in range(3):
+                tile.work[3 + d, i] = sides.normal[c, d]
+        check = mx + my + mz + tile.own[0, i] + tile.own[1, i] + tile.own[2, i]
+        check += tile.other[0, i] + tile.other[1, i] + tile.other[2, i]
+        finite[i] = 1.0 if abs(check) < np.inf else 0.0
+
+
+@inner
+def _fan(tile):  # type: ignore[no-untyped-def]
+    """Area vector and centre of each face, fanned about the mean of its nodes in work[0:3]."""
+    x, area, centre, fan, mean, n = tile.x, tile.area, tile.centre, tile.fan, tile.work, tile.count[0]
+    for i in range(LANES):
+        fan[i] = area[0, i] = area[1, i] = area[2, i] = centre[0, i] = centre[1, i] = centre[2, i] = 0.0
+    for k in range(n):
+        p, q = x[k], x[k + 1 if k + 1 < n else 0]
+        for i in range(LANES):
+            ux, uy, uz = p[0, i] - mean[0, i], p[1, i] - mean[1, i], p[2, i] - mean[2, i]
+            vx, vy, vz = q[0, i] - mean[0, i], q[1, i] - mean[1, i], q[2, i] - mean[2, i]
+            nx, ny, nz = 0.5 * (uy * vz - uz * vy), 0.5 * (uz * vx - ux * vz), 0.5 * (ux * vy - uy * vx)
+            w = np.sqrt(nx * nx + ny * ny + nz * nz)
+            fan[i] += w
+            area[0, i] += nx
+            area[1, i] += ny
+            area[2, i] += nz
+            centre[0, i] += w * (ux + vx)
+            centre[1, i] += w * (uy + vy)
+            centre[2, i] += w * (uz + vz)
+    for d in range(3):
+        for i in range(LANES):
+            centre[d, i] = mean[d, i] + (centre[d, i] / (3.0 * fan[i]) if fan[i] > 0.0 else 0.0)
+
+
+@inner
+def _turn(tile):  # type: ignore[no-untyped-def]
+    """The same of edges, whose area vector is the edge turned outward in the plane of the owner, normal in work[3:6]."""
+    for i in range(LANES):
+        nx, ny, nz = tile.work[3, i], tile.work[4, i], tile.work[5, i]
+        size = np.sqrt(nx * nx + ny * ny + nz * nz)
+        tx, ty, tz = tile.x[1, 0, i], tile.x[1, 1, i], tile.x[1, 2, i]
+        tile.area[0, i] = (ty * nz - tz * ny) / size
+        tile.area[1, i] = (tz * nx - tx * nz) / size
+        tile.area[2, i] = (tx * ny - ty * nx) / size
+        tile.fan[i] = np.sqrt(tx * tx + ty * ty + tz * tz)
+        for d in range(3):
+            tile.centre[d, i] = tile.work[d, i]
+
+
+@kernel
+def _run_faces(tile, sides, start, stop, kernels, columns, domains, out):  # type: ignore[no-untyped-def]
+    """Rows start to stop: gather each tile, run every kernel on it, keep nan outside the domain of each."""
+    lane, finite = np.empty(LANES), np.empty(LANES)
+    for first in range(start, stop, LANES):
+        _gather(tile, sides, first, stop, finite)
+        if tile.count[0] == 2:
+            _turn(tile)
+        else:
+            _fan(tile)
+        for d in range(3):
+            for i in range(LANES):
+                tile.own[d, i] += tile.centre[d, i]
+                tile.other[d, i] = tile.other[d, i] + tile.centre[d, i] if tile.boundary[i] == 0.0 else 0.0
+        used = min(LANES, stop - first)
+        for k in range(len(columns)):
+            kernels[k](tile, lane)
+            row = out[columns[k]]
+            for i in range(used):
+                outside = domains[k] != _ALL and (tile.boundary[i] == 1.0) != (domains[k] == _BOUNDARY)
+                row[first + i] = np.nan if outside or finite[i] == 0.0 else lane[i]
+
+
+_DOMAIN = {("interior", "boundary"): _ALL, ("interior",): _INTERIOR, ("boundary",): _BOUNDARY}
+
+
+def measure_faces(mesh: Mesh, rows: Sequence[Metric]) -> tuple[Floats, Callable[[int, int], None]]:
+    """A row of values per metric over `connectivity.faces(mesh)`, and the work that fills faces begin to end of it.
+
+    nan outside the domain of a metric and around a point that is not finite. The work releases the GIL; disjoint
+    ranges may run in parallel and give the same bits in any order.
+    """
+    scaled, unit = in_safe_units(mesh)
+    table, geometry = faces(scaled), cell_geometry(scaled)
+    normal = cell_normals(scaled) if mesh.cell_dimension == 2 else np.empty((0, 3))
+    parts = (table.offsets, table.nodes, table.owner, table.neighbour, geometry.centre, geometry.volume, normal)
+    sides = _Sides(scaled.points, *parts)
+    out = np.empty((len(rows), len(table)))
+    most = int(np.diff(table.offsets).max(initial=2))
+    batches = [range(i, min(i + _SLOTS, len(rows))) for i in range(0, len(rows), _SLOTS)]
+    plans = []
+    for batch in batches:
+        kernels = [rows[i].kernel_for("face") for i in batch]
+        functions = (*kernels, *(_nothing,) * (_SLOTS - len(kernels)))
+        columns = np.array(batch, dtype=np.int64)
+        domains = np.array([_DOMAIN[rows[i].on] for i in batch], dtype=np.int64)
+        plans.append((functions, columns, domains))
+    run = _prepared({id(f): f for functions, *_ in plans for f in functions}.values(), sides)
+
+    def work(begin: int, end: int) -> None:
+        tile = _new_tile(most, unit)
+        for functions, columns, domains in plans:
+            run(tile, sides, begin, end, functions, columns, domains, out)
+
+    return out, work
+
+
+def _prepared(functions: Sequence[Kernel], sides: _Sides) -> Callable[..., None]:
+    """The compiled driver for these sides, and these kernels compiled."""
+    for function in functions:
+        function.compile(_SIGNATURE)
+
+    def frozen(array: NDArray) -> types.Type:
+        return types.Array(from_dtype(array.dtype), array.ndim, "C", readonly=not array.flags.writeable)
+
+    labels = types.Array(types.int64, 1, "C")
+    signature = types.void(
+        _TILE,
+        types.NamedTuple([frozen(array) for array in sides], _Sides),
+        types.int64,
+        types.int64,
+        types.UniTuple(_KERNEL, _SLOTS),
+        labels,
+        labels,
+        types.Array(types.float64, 2, "C"),
+    )
+    if signature.args not in _run_faces.overloads:
+        _run_faces.disable_compile(False)
+        _run_faces.compile(signature)
+        _run_faces.disable_compile()
+    return _run_faces.overloads[signature.args].entry_point

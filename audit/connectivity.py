@@ -30,6 +30,7 @@ from meshwright.audit.sets import (
 __all__ = [
     "boundary_faces",
     "cell_components",
+    "corner_points",
     "duplicate_cells",
     "edges",
     "faces",
@@ -144,6 +145,16 @@ def used_points(mesh: Mesh) -> NDArray[np.bool_]:
         used[_nodes_of_block(mesh, block, corners_only=False)[1]] = True
     used.flags.writeable = False
     return used
+
+
+@once_per_mesh
+def corner_points(mesh: Mesh) -> NDArray[np.bool_]:
+    """(n_points,) whether the point is a corner of a cell."""
+    corners = np.zeros(len(mesh.points), dtype=bool)
+    for block in mesh.blocks:
+        corners[_nodes_of_block(mesh, block, corners_only=True)[1]] = True
+    corners.flags.writeable = False
+    return corners
 
 
 def unused_points(mesh: Mesh) -> Ints:

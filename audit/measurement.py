@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES, POLYTOPES
-from meshwright.audit.connectivity import faces, used_points
+from meshwright.audit.connectivity import corner_points, faces
 from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh
 from meshwright.audit.metrics import DEFAULT, METRICS, Metric
 from meshwright.audit.metrics.facets import measure_faces
@@ -71,7 +71,7 @@ class Measured:
         """Rows of the values on which the metric is defined, None for all of them."""
         metric = METRICS[id_]
         if metric.entity == "point":
-            return np.flatnonzero(used_points(self.mesh))
+            return np.flatnonzero(corner_points(self.mesh))
         if metric.entity == "face" and len(metric.on) == 1:
             outside = faces(self.mesh).neighbour == NO_CELL
             return np.flatnonzero(outside if metric.on == ("boundary",) else ~outside)
@@ -157,9 +157,10 @@ def _column_passes(mesh: Mesh, rows: tuple[Metric, ...], values: dict[str, dict[
     """Values of the metrics that come from passes of their own over the mesh."""
     of_points = [row for row in rows if row.entity == "point"]
     if of_points:
-        found = measure_points(mesh)
+        found = measure_points(mesh, [row.column for row in of_points])
         for row in of_points:
-            values[row.id]["point"] = getattr(found, row.column)
+            if row.column in found:
+                values[row.id]["point"] = found[row.column]
     of_cells = [row for row in rows if row.entity == "cell" and row.column]
     if of_cells:
         columns = measure_neighbours(mesh)

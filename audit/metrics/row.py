@@ -28,7 +28,7 @@ class Metric:
     number misleads.  kernel: compiled function (tile, out), or one per type; of faces one for `facets.FaceTile`.
     stages: geometry the kernel reads, likewise.  polytope: column of `polytopes.Shapes` with the value of a
     polygon or polyhedron, "" where it is defined on neither.  column: of metrics without a kernel, which come from a
-    pass of their own: column of `neighbours.Columns` (cells that look at their neighbours) or of `points.Columns`.
+    pass of their own: column of `neighbours.Columns` (cells that look at their neighbours) or of `points`.
     """
 
     id: str

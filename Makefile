@@ -2,6 +2,7 @@
 # make test     install the wheel into .venv and run the test suite on it
 # make check    everything CI runs
 # make fuzz     thousands of damaged files through the readers (long)
+# make torture  every metric on 110,000 random and ugly cells a type, signs against rationals (long)
 # make bench    side-by-side benchmarks (long)
 # make samples  regenerate samples/ (needs gmsh)
 
@@ -10,7 +11,7 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 SOURCES = pyproject.toml README.md $(shell find audit reports -type f -not -path '*/__pycache__/*')
 
-.PHONY: demo test lint types check fuzz bench samples clean
+.PHONY: demo test lint types check fuzz torture bench samples clean
 
 demo: $(VENV)/.runtime
 	$(BIN)/meshwright audit samples/demo.msh.gz
@@ -29,6 +30,9 @@ check: lint types test
 
 fuzz: $(VENV)/.dev
 	cd tests && ../$(BIN)/python -m pytest -m fuzz -n 2
+
+torture: $(VENV)/.dev
+	cd tests && MESHWRIGHT_MANY=1 ../$(BIN)/python -m pytest -n 2 test_ugly_cells.py
 
 bench: $(VENV)/.dev
 	$(BIN)/python benchmarks/run_all.py

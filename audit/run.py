@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import copy_context
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -12,7 +14,7 @@ from meshwright.audit.findings import Finding, Options, run_checks
 from meshwright.audit.measurement import Measured, measure
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS, select
-from meshwright.audit.parallel import limited_to
+from meshwright.audit.parallel import limited_to, workers
 from meshwright.audit.surface import boundary_mesh
 from meshwright.audit.tables import ASPECT, SKEW
 
@@ -26,7 +28,7 @@ class Audit:
     measured: raw values, always with the two metrics the article's tables need, chosen or not.
     chosen: ids of the metrics that were asked for.  findings: what the checks report.
     surface: values of the boundary elements (a shell mesh of its own), None unless asked for and there.
-    seconds: wall time by stage.
+    seconds: wall time by stage; stages may run side by side.
     """
 
     mesh: Mesh
@@ -69,13 +71,19 @@ def audit(
 
     @contextmanager
     def stage(name: str) -> Iterator[None]:
-        if progress is not None:
+        if progress is not None and name != "checks":
             progress(name, 0, 0)
         start = time.perf_counter()
         yield
         seconds[name] = time.perf_counter() - start
 
-    with limited_to(threads):
+    with limited_to(threads), ThreadPoolExecutor(1) as beside:
+        # the checks read the mesh alone, and long stretches of them are sequential: they run beside the metrics
+        def check() -> tuple[Finding, ...]:
+            with stage("checks"):
+                return run_checks(mesh, options)
+
+        checks = beside.submit(copy_context().run, check) if workers() > 1 else None
         with stage("metrics"):
             tell = None if progress is None else partial(progress, "metrics")
             measured = measure(mesh, wanted, progress=tell)
@@ -84,6 +92,7 @@ def audit(
             with stage("surfaces"):
                 shell = boundary_mesh(mesh)
                 surface = None if shell is None else measure(shell, wanted)
-        with stage("checks"):
-            findings = run_checks(mesh, measured, options)
+        if progress is not None:
+            progress("checks", 0, 0)
+        findings = check() if checks is None else checks.result()
     return Audit(mesh, measured, findings, chosen, surface, seconds)

@@ -6,8 +6,6 @@ writing both, and nothing else.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from meshwright.audit.findings import (
     blocks,
     curved,
@@ -34,9 +32,6 @@ from meshwright.audit.findings.zones import census
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.parallel import in_parallel
 
-if TYPE_CHECKING:
-    from meshwright.audit.measurement import Measured
-
 __all__ = ["CHECKS", "Check", "Finding", "Options", "census", "face_handedness", "run_checks"]
 
 _FAMILIES = (
@@ -50,12 +45,12 @@ CHECKS: dict[str, Check] = {check.code: check for family in _FAMILIES for check 
 _ORDER = ("error", "warning", "info")
 
 
-def run_checks(mesh: Mesh, measured: Measured | None = None, options: Options | None = None) -> tuple[Finding, ...]:
+def run_checks(mesh: Mesh, options: Options | None = None) -> tuple[Finding, ...]:
     """What the checks have to say, errors first. A sound mesh gets no errors and no warnings.
 
-    measured: metric values for checks that can use them.  options: what the user told of the mesh.
+    options: what the user told of the mesh.
     """
-    facts = Facts(mesh, measured, options or Options())
+    facts = Facts(mesh, options or Options())
     wanted = [check for check in CHECKS.values() if all(NEEDS[word](facts) for word in check.needs)]
     facts.prepare()
     found = in_parallel(lambda check: check.run(facts), wanted)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,6 @@ from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides
 from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh, index_array
 from meshwright.audit.sets import hash_rows
 
-if TYPE_CHECKING:
-    from meshwright.audit.measurement import Measured
-
 __all__ = ["HANDFUL", "NEEDS", "Facts"]
 
 HANDFUL = 4
@@ -29,10 +25,9 @@ HANDFUL = 4
 
 @dataclass(frozen=True, eq=False)
 class Facts:
-    """A mesh, its metric values where the caller has them, what the user told of it, and what several checks share."""
+    """A mesh, what the user told of it, and what several checks share."""
 
     mesh: Mesh
-    measured: Measured | None = None
     options: Options = field(default_factory=Options)
 
     def prepare(self) -> None:

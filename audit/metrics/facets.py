@@ -20,7 +20,7 @@ from meshwright.audit.geometry import cell_geometry, cell_normals, in_safe_units
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Mesh
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.metrics.tile import LANES, Kernel
+from meshwright.audit.metrics.tile import LANES, Kernel, compile_driver
 
 __all__ = ["FaceTile", "face_kernel", "measure_faces"]
 
@@ -235,8 +235,6 @@ def measure_faces(mesh: Mesh, rows: Sequence[Metric]) -> tuple[Floats, Callable[
 
 def _prepared(functions: Sequence[Kernel], sides: _Sides) -> Callable[..., None]:
     """The compiled driver for these sides, and these kernels compiled."""
-    for function in functions:
-        function.compile(_SIGNATURE)
 
     def frozen(array: NDArray) -> types.Type:
         return types.Array(from_dtype(array.dtype), array.ndim, "C", readonly=not array.flags.writeable)
@@ -252,8 +250,4 @@ def _prepared(functions: Sequence[Kernel], sides: _Sides) -> Callable[..., None]
         labels,
         types.Array(types.float64, 2, "C"),
     )
-    if signature.args not in _run_faces.overloads:
-        _run_faces.disable_compile(False)
-        _run_faces.compile(signature)
-        _run_faces.disable_compile()
-    return _run_faces.overloads[signature.args].entry_point
+    return compile_driver(_run_faces, signature, functions, _SIGNATURE)

@@ -10,8 +10,9 @@ something asks for it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
+from threading import Lock
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -32,6 +33,7 @@ __all__ = [
     "Kernel",
     "Tables",
     "Tile",
+    "compile_driver",
     "plan",
     "prepare",
     "rescale",
@@ -49,6 +51,9 @@ _SLOTS = 32
 
 SAFE_LOW, SAFE_HIGH = 1e-20, 1e20
 """Cell extents between which no product of twelve lengths can under- or overflow, with room for thin cells below."""
+
+_COMPILING = Lock()
+"""Held while a driver is open for new signatures: metrics and checks may prepare at the same time."""
 
 Kernel = Any
 """A compiled function; numba publishes no type for one."""
@@ -283,17 +288,27 @@ def plan(work: Sequence[tuple[Kernel, Sequence[Kernel]]]) -> list[Batch]:
 
 
 def prepare(batches: Iterable[Batch], nodes: NDArray[np.integer]) -> None:
-    """Compile the kernels of these batches, and the driver for this type of connectivity, unless that is done already.
+    """Compile the kernels of these batches, and the driver for this type of connectivity, unless that is done already."""
+    functions = {id(function): function for batch in batches for function in batch.functions}.values()
+    compile_driver(_run_tiles, _driver_signature(nodes.dtype), functions, _SIGNATURE)
 
-    Not thread-safe: call it before any thread calls `run_kernels`.
+
+def compile_driver(
+    driver: Kernel, signature: Any, functions: Iterable[Kernel], of_functions: Any
+) -> Callable[..., None]:
+    """The entry point of a driver, which takes compiled functions as values, with those functions compiled too.
+
+    The entry point itself: working out the types of all those functions at every call costs more than 10,000 cells do.
     """
-    for function in {id(function): function for batch in batches for function in batch.functions}.values():
-        function.compile(_SIGNATURE)
-    signature = _driver_signature(nodes.dtype)
-    if signature.args not in _run_tiles.overloads:
-        _run_tiles.disable_compile(False)
-        _run_tiles.compile(signature)
-        _run_tiles.disable_compile()  # or else a call would specialise on the very kernels it is given
+    with _COMPILING:
+        for function in functions:
+            function.compile(of_functions)
+        if signature.args not in driver.overloads:
+            driver.disable_compile(False)
+            driver.compile(signature)
+            driver.disable_compile()  # or else a call would specialise on the very kernels it is given
+        entry: Callable[..., None] = driver.overloads[signature.args].entry_point
+        return entry
 
 
 def run_kernels(
@@ -312,7 +327,6 @@ def run_kernels(
     Releases the GIL; disjoint ranges may run in parallel.
     """
     tile = _new_tile(type_name)
-    # the entry point itself: working out the types of all those functions at every call costs more than 10,000 cells do
     run = _run_tiles.overloads[_driver_signature(nodes.dtype).args].entry_point
     for functions, columns in batches:
         run(tile, points, nodes, start, stop, functions, columns, out)

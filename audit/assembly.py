@@ -8,11 +8,15 @@ base is made of; that some face looks the wrong way is for a check to report, no
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
+from numpy.typing import NDArray
 
 from meshwright.audit.csr import faces_by_cell, take
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import CellBlock, Ints, index_array
+from meshwright.audit.parallel import in_parallel
 from meshwright.audit.recognition import (
     HEX,
     OTHER,
@@ -29,6 +33,9 @@ from meshwright.audit.recognition import (
 __all__ = ["AssemblyError", "blocks_from_faces"]
 
 _KINDS = {"tet": (TET, 4), "pyramid": (PYRAMID, 5), "wedge": (WEDGE, 6), "hex": (HEX, 8)}
+
+_PIECE = 1 << 16
+"""Cells that a thread recognises in one go."""
 
 
 class AssemblyError(MeshError):
@@ -87,7 +94,9 @@ def _solid_blocks(
             continue
         found = np.empty((len(rows), width), np.int32)
         done = np.empty(len(rows), dtype=bool)
-        recognise(rows, kind, cell_offsets, cell_faces, offsets, nodes, owner, found, done)
+        table = (cell_offsets, cell_faces, offsets, nodes, owner)
+        pieces = [slice(start, start + _PIECE) for start in range(0, len(rows), _PIECE)]
+        list(in_parallel(partial(_recognise, rows, kind, table, found, done), pieces))
         if not done.all():
             kinds[rows[~done]] = OTHER
             rows, found = rows[done], found[done]
@@ -101,6 +110,12 @@ def _solid_blocks(
         starts, items = take(cell_offsets, cell_faces, rows)
         blocks.append(CellBlock("polyhedron", rows, offsets=starts, items=items))
     return tuple(blocks)
+
+
+def _recognise(
+    rows: Ints, kind: int, table: tuple[Ints, ...], found: Ints, done: NDArray[np.bool_], piece: slice
+) -> None:
+    recognise(rows[piece], kind, *table, found[piece], done[piece])
 
 
 def _flat_blocks(cell_offsets: Ints, cell_edges: Ints, nodes: Ints, owner: Ints) -> tuple[CellBlock, ...]:

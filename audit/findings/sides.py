@@ -19,8 +19,9 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import duplicate_cells, faces, nodes_of_cells
 from meshwright.audit.findings.polycells import face_vector
 from meshwright.audit.findings.shapes import cell_shapes
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints, Mesh, index_array
+from meshwright.audit.parallel import in_parallel
 
 __all__ = [
     "BOTH",
@@ -36,6 +37,9 @@ __all__ = [
 FROM_OWNER, FROM_NEIGHBOUR, BOTH = 1, 2, 3
 """Bits of `Sides.faults`."""
 
+_PIECE = 1 << 18
+"""Faces that a thread judges in one go."""
+
 Floats = NDArray[np.float64]
 
 
@@ -44,8 +48,8 @@ class Sides:
     """faults (f,): bit 1 where the normal does not leave the owner, bit 2 where it does not lead to the neighbour.
 
     openness (n_cells,): |sum A| / sum |A| over the faces of a cell, in a mesh that brings its own faces; faces at
-    fault on both sides are turned first, since they are reversed and not missing. Empty otherwise: the faces of a cell
-    of fixed type close by construction.
+    fault on both sides are turned first, since they are reversed and not missing. 0 for cells of fixed type without a
+    fault, whose faces close by construction. Empty in any other mesh.
     """
 
     faults: NDArray[np.uint8]
@@ -58,16 +62,50 @@ def face_sides(mesh: Mesh) -> Sides:
     found = faces(mesh)
     shapes = cell_shapes(mesh)
     judge = ~shapes.flat & np.isfinite(shapes.relative)
-    own = mesh.faces is not None
-    total = np.zeros((mesh.n_cells if own else 0, 4))
-    flat = mesh.dimension == 2
     size = float(np.max(np.abs(mesh.points), where=np.isfinite(mesh.points), initial=0.0))
     # a power of two that keeps products of three lengths in range, whatever the unit of the file
     scale = 1.0 if 1e-60 < size < 1e60 or size == 0.0 else math.ldexp(1.0, -max(min(math.frexp(size)[1], 1020), -1020))
     table = (found.offsets, found.nodes, found.owner, found.neighbour)
     faults = np.zeros(len(found), np.uint8)
-    _judge(mesh.points, *table, shapes.centre, judge, flat, own, scale, total, faults)
+    flat = mesh.dimension == 2
+
+    def judge_piece(start: int) -> None:
+        _judge(mesh.points, *table, start, min(start + _PIECE, len(found)), shapes.centre, judge, flat, scale, faults)
+
+    list(in_parallel(judge_piece, range(0, len(found), _PIECE)))
+    if mesh.faces is None:
+        return Sides(faults, np.empty(0))
+    total = np.zeros((mesh.n_cells, 4))
+    suspect = _suspects(mesh, faults)
+    if suspect.any():
+        _add_up(mesh.points, *table, faults, suspect, flat, scale, total)
     return Sides(faults, _openness(total))
+
+
+def _suspects(mesh: Mesh, faults: NDArray[np.uint8]) -> NDArray[np.bool_]:
+    """(n_cells,) cells that might be open: polyhedra and polygons, and whatever has a face at fault."""
+    found = faces(mesh)
+    suspect = np.zeros(mesh.n_cells, dtype=bool)
+    for block in mesh.blocks:
+        suspect[block.rows] = block.items is not None
+    wrong = np.flatnonzero(faults)
+    suspect[found.owner[wrong]] = True
+    suspect[found.neighbour[wrong[found.neighbour[wrong] >= 0]]] = True
+    return suspect
+
+
+@inner
+def _face(points, offsets, nodes, f, flat, scale):  # type: ignore[no-untyped-def]
+    """(area vector, centre relative to the first node) of one face, lengths times `scale`."""
+    first, last = offsets[f], offsets[f + 1]
+    p = nodes[first]
+    ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
+    if flat:
+        q = nodes[last - 1]
+        cx, cy = 0.5 * scale * (points[q, 0] - ox), 0.5 * scale * (points[q, 1] - oy)
+        return 2.0 * cy, -2.0 * cx, 0.0, cx, cy, 0.0
+    ax, ay, az, cx, cy, cz, _ = face_vector(points, nodes, first, last, ox, oy, oz, scale)
+    return ax, ay, az, cx, cy, cz
 
 
 @kernel
@@ -77,24 +115,18 @@ def _judge(
     nodes: Ints,
     owner: Ints,
     neighbour: Ints,
+    begin: int,
+    end: int,
     centre: Floats,
     judge: NDArray[np.bool_],
     flat: bool,
-    own: bool,
     scale: float,
-    total: Floats,
     faults: NDArray[np.uint8],
 ) -> None:
-    for f in range(owner.size):
-        first, last = offsets[f], offsets[f + 1]
-        p = nodes[first]
+    for f in range(begin, end):
+        ax, ay, az, cx, cy, cz = _face(points, offsets, nodes, f, flat, scale)
+        p = nodes[offsets[f]]
         ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
-        if flat:
-            q = nodes[last - 1]
-            cx, cy, cz = 0.5 * scale * (points[q, 0] - ox), 0.5 * scale * (points[q, 1] - oy), 0.0
-            ax, ay, az = 2.0 * cy, -2.0 * cx, 0.0
-        else:
-            ax, ay, az, cx, cy, cz, _ = face_vector(points, nodes, first, last, ox, oy, oz, scale)
         c, b = owner[f], neighbour[f]
         fault = 0
         looks = ax != 0.0 or ay != 0.0 or az != 0.0  # a face without area looks nowhere
@@ -111,24 +143,42 @@ def _judge(
             if not ax * dx + ay * dy + az * dz < 0.0:
                 fault |= FROM_NEIGHBOUR
         faults[f] = fault
-        if own:
-            both = FROM_OWNER if b < 0 else BOTH
-            sign = -1.0 if fault == both else 1.0
-            size = np.sqrt(ax * ax + ay * ay + az * az)
-            total[c, 0] += sign * ax
-            total[c, 1] += sign * ay
-            total[c, 2] += sign * az
-            total[c, 3] += size
-            if b >= 0:
-                total[b, 0] -= sign * ax
-                total[b, 1] -= sign * ay
-                total[b, 2] -= sign * az
-                total[b, 3] += size
+
+
+@kernel
+def _add_up(
+    points: Floats,
+    offsets: Ints,
+    nodes: Ints,
+    owner: Ints,
+    neighbour: Ints,
+    faults: NDArray[np.uint8],
+    suspect: NDArray[np.bool_],
+    flat: bool,
+    scale: float,
+    total: Floats,
+) -> None:
+    """total[c] += area vector and area of every face of the suspect cells."""
+    for f in range(owner.size):
+        c, b = owner[f], neighbour[f]
+        if not suspect[c] and (b < 0 or not suspect[b]):
+            continue
+        ax, ay, az, _, _, _ = _face(points, offsets, nodes, f, flat, scale)
+        both = FROM_OWNER if b < 0 else BOTH
+        sign = -1.0 if faults[f] == both else 1.0
+        size = np.sqrt(ax * ax + ay * ay + az * az)
+        for cell in (c, b):
+            if cell >= 0 and suspect[cell]:
+                total[cell, 0] += sign * ax
+                total[cell, 1] += sign * ay
+                total[cell, 2] += sign * az
+                total[cell, 3] += size
+            sign = -sign
 
 
 def _openness(total: Floats) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
-        x, y, z = total[:, :3].T / total[:, 3]
+        x, y, z = total[:, :3].T / np.where(total[:, 3] == 0.0, 1.0, total[:, 3])
     return np.sqrt(x * x + y * y + z * z)
 
 

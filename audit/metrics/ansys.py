@@ -152,7 +152,7 @@ ROWS = (
         "parallel edges; wedge: 1 triangle and 3 quads through edge middles; tet: 6 triangles of an edge and the middle of the "
         "opposite edge; pyramid: 8 triangles of a base edge and the middle of one of the two opposite edges to the apex",
         source="MAPDL Theory Reference, Element Shape Testing; sections of tet and pyramid unverified",
-        caveat="A regular tet scores 1.12, the pyramid of equal edges 1.12 as well: their sections are not equilateral. On tets and "
+        caveat="A regular tet scores 1.12, the pyramid of equal edges 1.31, the prism of equal edges 2, by their sections. On tets and "
         "pyramids MAPDL may use the nearest point of the opposite edge instead of its middle.",
         kernel={"tet": tet_section_aspect, "pyramid": pyramid_section_aspect, "wedge": wedge_section_aspect, "hex": hex_section_aspect},
         stages={t: ((face_shapes, axes) if t == "hex" else (face_shapes,)) for t in _SOLIDS},

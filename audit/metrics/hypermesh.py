@@ -94,7 +94,7 @@ ROWS = (
         degenerate=math.inf, systems=("HyperMesh: aspect", "MSC Nastran: aspect ratio (quad)", "FEMAP: Aspect Ratio"),
         formula="longest / shortest edge of a face, the worst face",
         source="Altair HyperMesh help, element quality calculations; for FEMAP unverified",
-        caveat="Blind to height: a flat triangle of three equal pieces scores 2. HyperMesh can be told to use the smallest height instead.",
+        caveat="Blind to height: a flat triangle with a corner in the middle of its longest edge scores 2. HyperMesh can be told to use the smallest height instead.",
         kernel={"tri": edge_ratio, "quad": edge_ratio, "tet": tet_edge_aspect, "pyramid": pyramid_edge_aspect,
                 "wedge": wedge_edge_aspect, "hex": hex_edge_aspect},
         stages=(edges,),

@@ -90,7 +90,7 @@ CLOSED_FORMS = [
     ("scissors", "hex", SCISSORS, "ansys.parallel_deviation_faces", 90.0),
     ("box", "hex", box(1, 2, 4), "ansys.parallel_deviation", 0.0),
     ("right prism", "wedge", WEDGE, "ansys.parallel_deviation", 0.0),
-    # (r + s t / 2, s + r t / 2, t + r s / 2) / 2: opposite edges are (1, -+1/2, 1/2) of a face, (1, -+1/2, 0) of a section
+    # (r + s t/2, s + r t/2, t + r s/2) / 2: opposite edges are (1, -+1/2, 1/2) of a face, (1, -+1/2, 0) of a section
     ("hex bent in three ways", "hex", BENT, "ansys.parallel_deviation_faces", 2 * math.degrees(math.atan(5**-0.5))),
     ("hex bent in three ways", "hex", BENT, "ansys.parallel_deviation", 2 * math.degrees(math.atan(0.5))),
     # J = 2 at the long side, 1 at the short one

@@ -14,6 +14,7 @@ from meshwright.audit.metrics import (
     edges,
     faces,
     fluent,
+    gauss,
     hypermesh,
     icem,
     jacobian,
@@ -22,8 +23,10 @@ from meshwright.audit.metrics import (
     openfoam,
     points,
     second_order,
+    shells,
     size,
     structural,
+    tets,
     verdict,
 )
 from meshwright.audit.metrics.row import Metric
@@ -33,7 +36,7 @@ __all__ = ["APPLICABILITY", "DEFAULT", "METRICS", "Metric", "find", "select"]
 _FAMILIES = (
     *(angles, dihedral, aspect, edges, modes, jacobian, size),
     *(icem, fluent, neighbours, faces, openfoam, points),
-    *(ansys, hypermesh, structural, verdict, second_order),
+    *(ansys, hypermesh, gauss, shells, tets, structural, verdict, second_order),
 )
 
 METRICS: dict[str, Metric] = {row.id: row for family in _FAMILIES for row in family.ROWS}

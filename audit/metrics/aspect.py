@@ -199,7 +199,7 @@ def tet_size_skew(tile: Tile, out: Lane) -> None:
 ROWS = (
     Metric(
         id="gambit.aspect_ratio", title="Aspect ratio", on=LINEAR_TYPES, unit="1", low=1.0, high=math.inf, best="low",
-        ideal=1.0, degenerate=math.inf, systems=("GAMBIT: Aspect Ratio", "Verdict: radius ratio (tri, tet)"),
+        ideal=1.0, degenerate=math.inf, systems=("GAMBIT: Aspect Ratio", "Pointwise: Aspect Ratio (quad)", "Verdict: radius ratio (tri, tet)"),
         formula="tri R/2r; tet R/3r; quad and hex: largest / smallest mean length of parallel edges; "
         "pyramid and wedge: the worst face by these rules",
         source="GAMBIT 2 User's Guide 3.4; pyramid and wedge have no published formula: worst face, as MAPDL does",

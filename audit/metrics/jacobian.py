@@ -104,7 +104,8 @@ ROWS = (
     Metric(
         id="icem.determinant", title="Determinant 2x2x2", on=("quad", "tet", "pyramid", "wedge", "hex"), unit="1", low=-1.0,
         high=1.0, best="high", ideal=1.0, degenerate=0.0,
-        systems=("ICEM CFD: Determinant (2x2x2)", "ANSYS: Jacobian ratio, new style", "Verdict: nodal Jacobian ratio (hex)"),
+        systems=("ICEM CFD: Determinant (2x2x2)", "ANSYS: Jacobian ratio, new style", "HyperMesh: Jacobian (corners)",
+                 "Verdict: nodal Jacobian ratio (hex)"),
         formula="min J / max |J| over the corners",
         source="Ansys ICEM CFD help 24.2; corners only for other types than the hex",
         caveat="Always 1 or -1 for a tet, whose Jacobian is constant. ICEM asks for more than 0.3.",

@@ -84,6 +84,8 @@ class Tile(NamedTuple):
     angle (4, L): smallest and largest corner angle in degrees of the triangular faces (rows 0, 1) and of the quadrilateral
     faces (rows 2, 3), of the corners where an angle is defined; nan where the cell has no such face or corner.
     shapeless (2, L): corners of triangular and of quadrilateral faces at an edge of zero length, where none is defined.
+    face_shape (6, L): extremes over the faces for the checks of FEA systems; see `face_shapes`.  gauss (3, L): of a hex, the
+    smallest, the largest absolute and the mean determinant at 2x2x2 Gauss points, in the unit of volume.
     jacobian (k, L): determinants of the corner triads.  jacobian_range (2, L): the smallest, and the largest absolute one.
     axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
     bisectors and mode[3] the hour-glass vector.
@@ -100,6 +102,8 @@ class Tile(NamedTuple):
     diagonal_range: NDArray[np.float64]
     angle: NDArray[np.float64]
     shapeless: NDArray[np.float64]
+    face_shape: NDArray[np.float64]
+    gauss: NDArray[np.float64]
     jacobian: NDArray[np.float64]
     jacobian_range: NDArray[np.float64]
     axis: NDArray[np.float64]
@@ -129,6 +133,7 @@ def _new_tile(type_name: str) -> Tile:
     shape = {
         "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge2": (len(t.edges),), "edge_range": (2,),
         "diagonal_range": (2,), "jacobian_range": (2,),
+        "face_shape": (6,), "gauss": (3,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
         "face": (n_faces, 3), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,), "dihedral": (2,),
         "volume": (), "work": (16,),

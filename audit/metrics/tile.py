@@ -47,8 +47,8 @@ which would send all rows of a tile to the same few sets of it. Measured: 64 lan
 _SLOTS = 32
 """Kernels that one pass of the driver can take; a longer list takes several passes."""
 
-SAFE_LOW, SAFE_HIGH = 1e-60, 1e60
-"""Cell extents between which no product of five lengths can under- or overflow."""
+SAFE_LOW, SAFE_HIGH = 1e-30, 1e30
+"""Cell extents between which no product of eight lengths, such as the square of two areas, can under- or overflow."""
 
 Kernel = Any
 """A compiled function; numba publishes no type for one."""
@@ -82,9 +82,12 @@ class Tile(NamedTuple):
     jacobian (k, L): determinants of the corner triads.  jacobian_range (2, L): the smallest, and the largest absolute one.
     axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
     bisectors and mode[3] the hour-glass vector.
-    face (f, 3, L): area vectors, triangular faces first.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
+    face (f, 3, L): area vectors, triangular faces first.  area2 (f, L): their squared lengths, 0 for a face so flat that it
+    has no direction.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
     the sum of its fan triangles' areas.  centre (3, L): of the cell.  volume (L,): signed volume in unit**3.
-    dihedral (2, L): smallest and largest angle between faces in degrees.
+    dihedral (2, L): smallest and largest angle between faces in degrees.  warp (L,): largest angle in degrees between the
+    two triangles of a quadrilateral face, cut along either diagonal.  slant (L,): of the face that stands least at right
+    angles to the line from the cell's centre to its own, signed square of the cotangent between its normal and that line.
     work (16, L): scratch.  tables: of the cell type.
     """
 
@@ -100,10 +103,13 @@ class Tile(NamedTuple):
     axis: NDArray[np.float64]
     mode: NDArray[np.float64]
     face: NDArray[np.float64]
+    area2: NDArray[np.float64]
     face_centre: NDArray[np.float64]
     face_fan: NDArray[np.float64]
     centre: NDArray[np.float64]
     dihedral: NDArray[np.float64]
+    warp: NDArray[np.float64]
+    slant: NDArray[np.float64]
     volume: NDArray[np.float64]
     work: NDArray[np.float64]
     tables: Tables
@@ -125,8 +131,8 @@ def _new_tile(type_name: str) -> Tile:
         "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge2": (len(t.edges),), "edge_range": (2,),
         "diagonal_range": (2,), "jacobian_range": (2,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
-        "face": (n_faces, 3), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,), "dihedral": (2,),
-        "volume": (), "work": (16,),
+        "face": (n_faces, 3), "area2": (n_faces,), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,),
+        "dihedral": (2,), "warp": (), "slant": (), "volume": (), "work": (16,),
     }  # fmt: skip
     return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
 

@@ -45,7 +45,7 @@ def areas(tile: Tile, out: Lane) -> None:
         a, b, c, d = sides[f, 0], sides[f, 1], sides[f, 2], sides[f, 3]
         area = tile.face[f]
         for i in range(LANES):
-            longest2 = max(max(e[a, i], e[b, i]), max(e[c, i], e[d, i]))
+            longest2 = max(e[a, i], e[b, i], e[c, i], e[d, i])
             area2 = area[0, i] ** 2 + area[1, i] ** 2 + area[2, i] ** 2
             tile.area2[f, i] = area2 if area2 > (FLAT * longest2) ** 2 else 0.0
 

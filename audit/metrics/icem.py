@@ -42,13 +42,15 @@ def warps(tile: Tile, out: Lane) -> None:
     The product of the two normals points along the diagonal and has the length of the diagonal times the determinant of
     the face's three edges at a corner. Undefined where one of the triangles is flat.
     """
-    quads, x, e, sides = tile.tables.quads, tile.x, tile.edge2, SIDES[len(tile.tables.edges)]
-    worst, undefined = tile.work[0], tile.work[1]
+    quads, x, sides = tile.tables.quads, tile.x, SIDES[len(tile.tables.edges)]
+    worst, margin = tile.work[0], tile.work[1]
     for i in range(LANES):
-        worst[i], undefined[i] = np.inf, 0.0
+        worst[i], margin[i] = np.inf, np.inf
     for r in range(len(quads)):
         a, b, c, d = quads[r, 0], quads[r, 1], quads[r, 2], quads[r, 3]
-        s = sides[len(tile.tables.tris) + r]
+        f = len(tile.tables.tris) + r
+        ab, bc = tile.edge2[sides[f, 0]], tile.edge2[sides[f, 1]]
+        cd, da = tile.edge2[sides[f, 2]], tile.edge2[sides[f, 3]]
         for i in range(LANES):
             ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
             fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
@@ -69,10 +71,10 @@ def warps(tile: Tile, out: Lane) -> None:
             worst[i] = min(worst[i], across_p, across_q)
             least = min(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
             least = min(least, cx * cx + cy * cy + cz * cz, dx * dx + dy * dy + dz * dz)
-            longest2 = max(max(e[s[0], i], e[s[1], i]), max(e[s[2], i], e[s[3], i]))
-            undefined[i] = undefined[i] if least > (2.0 * FLAT * longest2) ** 2 else 1.0
+            longest2 = max(ab[i], bc[i], cd[i], da[i])
+            margin[i] = min(margin[i], least - (2.0 * FLAT * longest2) ** 2)
     for i in range(LANES):
-        tile.warp[i] = degrees(worst[i]) if undefined[i] == 0.0 else np.nan
+        tile.warp[i] = degrees(worst[i]) if margin[i] > 0.0 else np.nan
 
 
 @tile_kernel

@@ -112,7 +112,7 @@ CLOSED_FORMS = [
     # height 1/sqrt 3 over sqrt 2 against sqrt(2/3)
     ("corner of a cube", "tet", CORNER, "icem.quality_premesh", 0.5),
     ("mirrored corner of a cube", "tet", MIRRORED, "icem.quality_premesh", -0.5),
-    # height 1/2 on a base of 3 legs of 1, against sqrt(2/3): the largest face is the base, edge 1
+    # height 1/2 over the base with edges of 1, the largest face, against sqrt(2/3)
     (
         "low tet on an equilateral base",
         "tet",

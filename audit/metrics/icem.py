@@ -6,75 +6,17 @@ import math
 
 import numpy as np
 
-from meshwright.audit.jit import inner
 from meshwright.audit.metrics.angles import internal_angle_deviation
-from meshwright.audit.metrics.aspect import (
-    FLAT,
-    icem_tet_aspect,
-    icem_triangle_aspect,
-    tet_aspect,
-    triangle_aspect,
-    triangle_size_skew,
-)
-from meshwright.audit.metrics.dihedral import SIDES, areas
+from meshwright.audit.metrics.aspect import FLAT, tet_aspect, triangle_aspect, triangle_size_skew
+from meshwright.audit.metrics.dihedral import areas
 from meshwright.audit.metrics.fluent import ABOUT_THE_CENTRE, is_flat, slants
-from meshwright.audit.metrics.jacobian import corner_determinant, quad_determinant
+from meshwright.audit.metrics.icem_quality import ROWS as QUALITY
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.metrics.stages import (
-    Lane,
-    angles,
-    degrees,
-    edges,
-    faces,
-    jacobians,
-    quad_axes,
-    volume,
-)
-from meshwright.audit.metrics.tile import LANES, Tile, stage, tile_kernel
+from meshwright.audit.metrics.stages import Lane, angles, degrees, edges, faces, quad_axes, volume
+from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
+from meshwright.audit.metrics.warp import warps
 
-__all__ = ["LEFT_OUT", "ROWS", "warps"]
-
-
-@stage
-def warps(tile: Tile, out: Lane) -> None:
-    """Largest angle between the two triangles of a quadrilateral face, over both diagonals and all faces; needs `edges`.
-
-    The product of the two normals points along the diagonal and has the length of the diagonal times the determinant of
-    the face's three edges at a corner. Undefined where one of the triangles is flat.
-    """
-    quads, x, sides = tile.tables.quads, tile.x, SIDES[len(tile.tables.edges)]
-    worst, margin = tile.work[0], tile.work[1]
-    for i in range(LANES):
-        worst[i], margin[i] = np.inf, np.inf
-    for r in range(len(quads)):
-        a, b, c, d = quads[r, 0], quads[r, 1], quads[r, 2], quads[r, 3]
-        f = len(tile.tables.tris) + r
-        ab, bc = tile.edge2[sides[f, 0]], tile.edge2[sides[f, 1]]
-        cd, da = tile.edge2[sides[f, 2]], tile.edge2[sides[f, 3]]
-        for i in range(LANES):
-            ex, ey, ez = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
-            fx, fy, fz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
-            gx, gy, gz = x[d, 0, i] - x[c, 0, i], x[d, 1, i] - x[c, 1, i], x[d, 2, i] - x[c, 2, i]
-            hx, hy, hz = x[a, 0, i] - x[d, 0, i], x[a, 1, i] - x[d, 1, i], x[a, 2, i] - x[d, 2, i]
-            # twice the area vectors of the triangles at the corners a, b, c and d
-            ax, ay, az = hy * ez - hz * ey, hz * ex - hx * ez, hx * ey - hy * ex
-            bx, by, bz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
-            cx, cy, cz = fy * gz - fz * gy, fz * gx - fx * gz, fx * gy - fy * gx
-            dx, dy, dz = gy * hz - gz * hy, gz * hx - gx * hz, gx * hy - gy * hx
-            det = gx * bx + gy * by + gz * bz
-            ac, bd = ax * cx + ay * cy + az * cz, bx * dx + by * dy + bz * dz
-            px, py, pz = x[c, 0, i] - x[a, 0, i], x[c, 1, i] - x[a, 1, i], x[c, 2, i] - x[a, 2, i]
-            qx, qy, qz = x[d, 0, i] - x[b, 0, i], x[d, 1, i] - x[b, 1, i], x[d, 2, i] - x[b, 2, i]
-            p2, q2 = px * px + py * py + pz * pz, qx * qx + qy * qy + qz * qz
-            across_p = bd * abs(bd) / (det * det * p2)
-            across_q = ac * abs(ac) / (det * det * q2)
-            worst[i] = min(worst[i], across_p, across_q)
-            least = min(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
-            least = min(least, cx * cx + cy * cy + cz * cz, dx * dx + dy * dy + dz * dz)
-            longest2 = max(ab[i], bc[i], cd[i], da[i])
-            margin[i] = min(margin[i], least - (2.0 * FLAT * longest2) ** 2)
-    for i in range(LANES):
-        tile.warp[i] = degrees(worst[i]) if margin[i] > 0.0 else np.nan
+__all__ = ["LEFT_OUT", "ROWS"]
 
 
 @tile_kernel
@@ -188,48 +130,6 @@ def tet_radii_ratio(tile: Tile, out: Lane) -> None:
         out[i] = math.copysign(1.0 / out[i], tile.volume[i]) if out[i] < np.inf else 0.0
 
 
-@tile_kernel
-def tet_height(tile: Tile, out: Lane) -> None:
-    """Smallest height over the longest edge of the face it stands on, 1 for a regular tet, with the sign of the volume."""
-    base2, sides = tile.work[0], SIDES[len(tile.tables.edges)]
-    for i in range(LANES):
-        base2[i] = 0.0
-    for f in range(tile.face.shape[0]):
-        a, b, c = tile.edge2[sides[f, 0]], tile.edge2[sides[f, 1]], tile.edge2[sides[f, 2]]
-        for i in range(LANES):
-            # area times longest edge, squared, the edge in units of the cell's longest
-            share = max(a[i], b[i], c[i]) / tile.edge_range[1, i]
-            base2[i] = max(base2[i], tile.area2[f, i] * share)
-    for i in range(LANES):
-        ratio = 3.0 * tile.volume[i] / (math.sqrt(base2[i]) * math.sqrt(tile.edge_range[1, i]))
-        out[i] = 0.0 if is_flat(tile, i) else math.sqrt(1.5) * ratio
-
-
-@inner
-def _and(low, part):  # type: ignore[no-untyped-def]
-    """The smaller of two scores; one that is not defined counts as 0."""
-    part = part if part == part else 0.0
-    return part if part < low else low
-
-
-@tile_kernel
-def wedge_quality(tile: Tile, out: Lane) -> None:
-    """Determinant or 1 - warp / 90, the smaller."""
-    corner_determinant(tile, out)
-    for i in range(LANES):
-        out[i] = _and(out[i], 1.0 - tile.warp[i] / 90.0)
-
-
-@tile_kernel
-def hex_quality(tile: Tile, out: Lane) -> None:
-    """Determinant, 1 - deviation from right angles / 90 or 1 - warp / 180, the smallest."""
-    corner_determinant(tile, out)
-    deviation = tile.work[0]
-    internal_angle_deviation(tile, deviation)
-    for i in range(LANES):
-        out[i] = _and(_and(out[i], 1.0 - deviation[i] / 90.0), 1.0 - tile.warp[i] / 180.0)
-
-
 LEFT_OUT = {
     "Eriksson skewness": "no published formula: the help names the closest parallelepiped and not how it is fitted",
     "Distortion": "no published reference area or volume; Verdict's distortion is another, documented metric",
@@ -250,7 +150,6 @@ LEFT_OUT = {
 """Criteria of ICEM CFD without a row, and why: a formula of our own under ICEM's name would be a wrong number."""
 
 _SKEW_HELP = "Ansys ICEM CFD help 24.2, edit-mesh quality metrics (skew)"
-_QUALITY_TYPES = ("tri", "quad", "tet", "pyramid", "wedge", "hex")
 
 ROWS = (
     Metric(
@@ -320,33 +219,5 @@ ROWS = (
         caveat="Quoted as ICEM CFD's aspect ratio; the help's own is icem.aspect_ratio: 0.5 for the corner of a cube, 0.732 here.",
         stages=(edges, faces, volume), kernel=tet_radii_ratio,
     ),
-    Metric(
-        id="icem.quality", title="Quality (ICEM)", on=_QUALITY_TYPES, unit="1", low=-1.0, high=1.0, best="high", ideal=1.0,
-        degenerate=0.0, systems=("ICEM CFD: Quality (edit mesh)",),
-        formula="tri and tet: icem.aspect_ratio; quad and pyramid: determinant; wedge: min(determinant, 1 - warp/90); "
-        "hex: min(determinant, 1 - max |T - 90|/90, 1 - warp/180), T the corner angles of the faces",
-        source="Ansys ICEM CFD help 24.2, edit-mesh quality metrics (quality)",
-        caveat="The help gives the hex's second part as 'max orthogonality', below 0 beyond 90 degrees from right angles, without "
-        "a formula. Read as the corner angles of the Angle criterion: an angle between two face normals never is that far off. "
-        "A part that is not defined counts as 0. Pre-mesh quality differs for tri and tet: icem.quality_premesh.",
-        kernel={
-            "tri": icem_triangle_aspect, "tet": icem_tet_aspect, "quad": quad_determinant, "pyramid": corner_determinant,
-            "wedge": wedge_quality, "hex": hex_quality,
-        },
-        stages={
-            "tri": (edges,), "tet": (edges, faces, volume), "quad": (faces,), "pyramid": (edges, jacobians),
-            "wedge": (edges, jacobians, warps), "hex": (edges, jacobians, angles, warps),
-        },
-    ),
-    Metric(
-        id="icem.quality_premesh", title="Pre-mesh quality (ICEM)", on=("tri", "tet"), unit="1", low=-1.0, high=1.0, best="high",
-        ideal=1.0, degenerate=0.0, systems=("ICEM CFD: Quality (pre-mesh)",),
-        formula="min over the sides of height / longest edge of the side, over that of the regular cell (sqrt(3)/2, sqrt(2/3)); "
-        "with the sign of the volume",
-        source="Ansys ICEM CFD help 24.2, pre-mesh quality (quality): height to base length of each side, normalised",
-        caveat="ICEM CFD's two help books define tri and tet quality in two ways; the other is icem.quality. On triangles both "
-        "are the same number, on tets not: the corner of a cube has 0.5 there and 0.5 here, a 2.3 degree sliver 0.04 and 0.03.",
-        kernel={"tri": icem_triangle_aspect, "tet": tet_height},
-        stages={"tri": (edges,), "tet": (edges, faces, volume, areas)},
-    ),
+    *QUALITY,
 )  # fmt: skip

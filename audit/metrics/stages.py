@@ -282,6 +282,13 @@ def angles(tile: Tile, out: Lane) -> None:
                 tile.angle[2 * shape + 1, i] = 360.0 - degrees(reflex[i])
 
 
+@inner
+def _triangle_area(ux, uy, uz, vx, vy, vz):  # type: ignore[no-untyped-def]
+    """Area of the triangle with these two sides."""
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    return 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
+
+
 @stage
 def centres(tile: Tile, out: Lane) -> None:
     """Centres of the faces, the areas of their fans, and the centre of the cell, by OpenFOAM's rules; needs `faces`.
@@ -299,35 +306,31 @@ def centres(tile: Tile, out: Lane) -> None:
             for i in range(LANES):
                 c[d, i] = (x[tris[r, 0], d, i] + x[tris[r, 1], d, i] + x[tris[r, 2], d, i]) / 3.0
     for r in range(len(quads)):
+        p, q, s, t = x[quads[r, 0]], x[quads[r, 1]], x[quads[r, 2]], x[quads[r, 3]]
         c, fan = tile.face_centre[len(tris) + r], tile.face_fan[len(tris) + r]
-        for d in range(3):  # rows of scratch: 0 to 2 the mean of the corners
-            for i in range(LANES):
-                total = x[quads[r, 0], d, i] + x[quads[r, 1], d, i] + x[quads[r, 2], d, i] + x[quads[r, 3], d, i]
-                work[d, i] = 0.25 * total
-                c[d, i] = 0.0
         for i in range(LANES):
-            fan[i] = 0.0
-        for k in range(4):
-            p, q = quads[r, k], quads[r, (k + 1) % 4]
-            for i in range(LANES):
-                ux, uy, uz = x[p, 0, i] - work[0, i], x[p, 1, i] - work[1, i], x[p, 2, i] - work[2, i]
-                vx, vy, vz = x[q, 0, i] - work[0, i], x[q, 1, i] - work[1, i], x[q, 2, i] - work[2, i]
-                nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                w = 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
-                fan[i] += w
-                c[0, i] += w * (ux + vx)
-                c[1, i] += w * (uy + vy)
-                c[2, i] += w * (uz + vz)
-        for d in range(3):
-            for i in range(LANES):
-                c[d, i] = work[d, i] + (c[d, i] / (3.0 * fan[i]) if fan[i] > 0.0 else 0.0)
+            mx = 0.25 * (p[0, i] + q[0, i] + s[0, i] + t[0, i])
+            my = 0.25 * (p[1, i] + q[1, i] + s[1, i] + t[1, i])
+            mz = 0.25 * (p[2, i] + q[2, i] + s[2, i] + t[2, i])
+            px, py, pz = p[0, i] - mx, p[1, i] - my, p[2, i] - mz
+            qx, qy, qz = q[0, i] - mx, q[1, i] - my, q[2, i] - mz
+            sx, sy, sz = s[0, i] - mx, s[1, i] - my, s[2, i] - mz
+            tx, ty, tz = t[0, i] - mx, t[1, i] - my, t[2, i] - mz
+            pq, qs = _triangle_area(px, py, pz, qx, qy, qz), _triangle_area(qx, qy, qz, sx, sy, sz)
+            st, tp = _triangle_area(sx, sy, sz, tx, ty, tz), _triangle_area(tx, ty, tz, px, py, pz)
+            total = pq + qs + st + tp
+            share = 1.0 / (3.0 * total) if total > 0.0 else 0.0
+            fan[i] = total
+            c[0, i] = mx + share * (pq * (px + qx) + qs * (qx + sx) + st * (sx + tx) + tp * (tx + px))
+            c[1, i] = my + share * (pq * (py + qy) + qs * (qy + sy) + st * (sy + ty) + tp * (ty + py))
+            c[2, i] = mz + share * (pq * (pz + qz) + qs * (qz + sz) + st * (sz + tz) + tp * (tz + pz))
     for d in range(7):  # 0 to 2 the mean of the face centres, 3 to 5 the weighted sum about it, 6 the weights
         for i in range(LANES):
             work[d, i] = 0.0
     for r in range(n):
         for d in range(3):
             for i in range(LANES):
-                work[d, i] += tile.face_centre[r, d, i] / n
+                work[d, i] += tile.face_centre[r, d, i] * (1.0 / n)
     for r in range(n):
         a, c = tile.face[r], tile.face_centre[r]
         for i in range(LANES):

@@ -89,9 +89,12 @@ class Tile(NamedTuple):
     jacobian (k, L): determinants of the corner triads.  jacobian_range (2, L): the smallest, and the largest absolute one.
     axis (3, 3, L), mode (4, 3, L): of a hex, the vectors B_k and X_01, X_02, X_12, hour-glass; of a quad, axis holds the two
     bisectors and mode[3] the hour-glass vector.
-    face (f, 3, L): area vectors, triangular faces first.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
+    face (f, 3, L): area vectors, triangular faces first.  area2 (f, L): their squared lengths, 0 for a face so flat that it
+    has no direction.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
     the sum of its fan triangles' areas.  centre (3, L): of the cell.  volume (L,): signed volume in unit**3.
-    dihedral (2, L): smallest and largest angle between faces in degrees.
+    dihedral (2, L): smallest and largest angle between faces in degrees.  warp (L,): largest angle in degrees between the
+    two triangles of a quadrilateral face, cut along either diagonal.  slant (L,): of the face that stands least at right
+    angles to the line from the cell's centre to its own, signed square of the cotangent between its normal and that line.
     work (16, L): scratch.  tables: of the cell type.
     """
 
@@ -109,10 +112,13 @@ class Tile(NamedTuple):
     axis: NDArray[np.float64]
     mode: NDArray[np.float64]
     face: NDArray[np.float64]
+    area2: NDArray[np.float64]
     face_centre: NDArray[np.float64]
     face_fan: NDArray[np.float64]
     centre: NDArray[np.float64]
     dihedral: NDArray[np.float64]
+    warp: NDArray[np.float64]
+    slant: NDArray[np.float64]
     volume: NDArray[np.float64]
     work: NDArray[np.float64]
     tables: Tables
@@ -135,8 +141,8 @@ def _new_tile(type_name: str) -> Tile:
         "diagonal_range": (2,), "jacobian_range": (2,),
         "face_shape": (6,), "gauss": (3,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
-        "face": (n_faces, 3), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,), "dihedral": (2,),
-        "volume": (), "work": (16,),
+        "face": (n_faces, 3), "area2": (n_faces,), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,),
+        "dihedral": (2,), "warp": (), "slant": (), "volume": (), "work": (16,),
     }  # fmt: skip
     return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
 

@@ -15,6 +15,7 @@ from meshwright.audit.findings.empty_spheres import (
     COCIRCULAR,
     OPEN,
     VIOLATES,
+    deepest,
     judge_shell,
     judge_tets,
     judge_triangles,
@@ -80,7 +81,9 @@ def violating_faces(facts: Facts) -> Violations | None:
 def _apexes(mesh: Mesh, total: NDArray[np.int64], rows: Ints) -> Ints:
     found = faces(mesh)
     start = found.offsets[rows].astype(np.int64)
-    base = sum((found.nodes[start + i].astype(np.int64) for i in range(mesh.cell_dimension)), np.int64(0))
+    base = np.zeros(len(rows), np.int64)
+    for i in range(mesh.cell_dimension):
+        base += found.nodes[start + i]
     return index_array(np.stack([total[side[rows]] - base for side in (found.owner, found.neighbour)], axis=1))
 
 
@@ -135,7 +138,10 @@ def delaunay_violations(facts: Facts) -> Found | None:
         return None
     mesh = facts.mesh
     table = faces(mesh)
-    rows = np.union1d(table.owner[found.faces], table.neighbour[found.faces])
+    inside = np.zeros(mesh.n_cells, dtype=bool)
+    inside[table.owner[found.faces]] = True
+    inside[table.neighbour[found.faces]] = True
+    rows = np.flatnonzero(inside)
     detail: dict[str, Any] = {
         "faces": len(found.faces),
         "cocircular_faces": found.cocircular,
@@ -148,9 +154,9 @@ def delaunay_violations(facts: Facts) -> Found | None:
         measure = f"opposite angles add up to as much as {180.0 + excess.max():.6g} degrees"
         advice = "swap those edges where the two triangles form a convex quadrilateral"
     else:
-        depth = _depths(mesh, found)
-        detail["max_relative_depth"] = float(depth.max())
-        measure = f"a corner lies as deep as {100.0 * depth.max():.3g} % of the radius inside a sphere"
+        depth = float(deepest(in_safe_units(mesh)[0].points, table.offsets, table.nodes, found.faces, found.apexes))
+        detail["max_relative_depth"] = depth
+        measure = f"a corner lies as deep as {100.0 * depth:.3g} % of the radius inside a sphere"
         advice = "swap faces (2-3, 3-2, 4-4) if the mesh is to be Delaunay"
     return Found(
         rows,
@@ -172,21 +178,6 @@ def _angle_sums(mesh: Mesh, found: Violations) -> NDArray[np.float64]:
         u, v = a - o, b - o
         total += np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v))
     return np.degrees(total)
-
-
-def _depths(mesh: Mesh, found: Violations) -> NDArray[np.float64]:
-    """How far inside the owner's sphere the neighbour's far corner lies, over the radius."""
-    table = faces(mesh)
-    points = in_safe_units(mesh)[0].points
-    o, b, c = (points[table.nodes[table.offsets[found.faces] + i]] for i in range(3))
-    d, e = points[found.apexes[:, 0]] - o, points[found.apexes[:, 1]] - o
-    b, c = b - o, c - o
-    bc, cd, db = np.cross(b, c), np.cross(c, d), np.cross(d, b)
-    square = [np.einsum("ij,ij->i", x, x)[:, None] for x in (b, c, d)]
-    volume = np.einsum("ij,ij->i", b, cd)[:, None]
-    centre = (square[0] * cd + square[1] * db + square[2] * bc) / (2.0 * volume)
-    radius = np.linalg.norm(centre, axis=1)
-    return 1.0 - np.linalg.norm(e - centre, axis=1) / radius
 
 
 ROWS = (

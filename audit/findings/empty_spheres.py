@@ -18,7 +18,17 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["COCIRCULAR", "NO", "OPEN", "ROUNDINGS", "VIOLATES", "judge_shell", "judge_tets", "judge_triangles"]
+__all__ = [
+    "COCIRCULAR",
+    "NO",
+    "OPEN",
+    "ROUNDINGS",
+    "VIOLATES",
+    "deepest",
+    "judge_shell",
+    "judge_tets",
+    "judge_triangles",
+]
 
 NO, VIOLATES, OPEN, COCIRCULAR = 0, 1, 2, 3
 """What the kernels say of a face: in order, violating, for exact arithmetic, cocircular as far as coordinates tell."""
@@ -181,3 +191,30 @@ def judge_shell(
             state[f] = VIOLATES
         elif sine <= limit:
             state[f] = COCIRCULAR
+
+
+@kernel
+def deepest(points: Floats, offsets: Ints, nodes: Ints, rows: Ints, apexes: Ints) -> float:
+    """Largest depth of a neighbour's far corner in the sphere of the owner of a face, over the radius."""
+    most = 0.0
+    for k in range(rows.size):
+        i = offsets[rows[k]]
+        o, p, q = nodes[i], nodes[i + 1], nodes[i + 2]
+        r, e = apexes[k, 0], apexes[k, 1]
+        bx, by, bz = points[p, 0] - points[o, 0], points[p, 1] - points[o, 1], points[p, 2] - points[o, 2]
+        cx, cy, cz = points[q, 0] - points[o, 0], points[q, 1] - points[o, 1], points[q, 2] - points[o, 2]
+        dx, dy, dz = points[r, 0] - points[o, 0], points[r, 1] - points[o, 1], points[r, 2] - points[o, 2]
+        bb, cc, dd = bx * bx + by * by + bz * bz, cx * cx + cy * cy + cz * cz, dx * dx + dy * dy + dz * dz
+        ux, uy, uz = cy * dz - cz * dy, cz * dx - cx * dz, cx * dy - cy * dx
+        vx, vy, vz = dy * bz - dz * by, dz * bx - dx * bz, dx * by - dy * bx
+        wx, wy, wz = by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx
+        twice = 2.0 * (bx * ux + by * uy + bz * uz)
+        x = (bb * ux + cc * vx + dd * wx) / twice
+        y = (bb * uy + cc * vy + dd * wy) / twice
+        z = (bb * uz + cc * vz + dd * wz) / twice
+        ex, ey, ez = points[e, 0] - points[o, 0] - x, points[e, 1] - points[o, 1] - y, points[e, 2] - points[o, 2] - z
+        radius = math.sqrt(x * x + y * y + z * z)
+        depth = 1.0 - math.sqrt(ex * ex + ey * ey + ez * ez) / radius
+        if depth > most:
+            most = depth
+    return most

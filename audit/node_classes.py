@@ -22,7 +22,7 @@ from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
 from meshwright.audit.sets import find_parts
 
-__all__ = ["CORNER", "CURVE", "SURFACE", "UNUSED", "VOLUME", "Features", "features", "node_classes"]
+__all__ = ["CORNER", "CURVE", "SURFACE", "UNUSED", "VOLUME", "Features", "features", "node_classes", "surface_edges"]
 
 UNUSED, CORNER, CURVE, SURFACE, VOLUME = -1, 0, 1, 2, 3
 """Class of a point: the dimension of the geometry it lies on, and so in how many directions it may move."""
@@ -115,13 +115,13 @@ def _of_solid(mesh: Mesh, inner: Callable[[Mesh], Ints]) -> tuple[Ints, Ints, In
     outside[inner(mesh)] = True
     rows = index_array(np.flatnonzero(outside))
     offsets, nodes = take(found.offsets, found.nodes, rows)
-    normals = _normals(mesh.points, offsets, nodes)
-    edges, sides, degrees = _surface_edges(offsets, nodes, normals, len(mesh.points))
+    normals = face_normals(mesh.points, offsets, nodes)
+    edges, sides, degrees = surface_edges(offsets, nodes, normals, len(mesh.points))
     return rows, edges, sides, degrees
 
 
 @kernel
-def _surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) -> tuple[Ints, Ints, Floats]:
+def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) -> tuple[Ints, Ints, Floats]:
     """Edges (m, 2) of faces, the two faces of each (-1 where not two), degrees between their normals (nan likewise)."""
     begin = np.zeros(n_points + 1, np.int32)
     for f in range(offsets.size - 1):
@@ -200,7 +200,7 @@ def _angles(normals: Floats, sides: Ints, same: Mask) -> Floats:
 
 
 @kernel
-def _normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
+def face_normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
     """Unit normals of faces, by the cross products of their fans, each measured by its own extent; 0 without area."""
     out = np.zeros((offsets.size - 1, 3))
     for f in range(out.shape[0]):
@@ -247,7 +247,7 @@ def _shell_normals(mesh: Mesh) -> Floats:
             table = uniform_offsets(*nodes.shape), index_array(nodes.ravel())
         else:
             table = ragged(block)
-        out[block.rows] = _normals(mesh.points, *table)
+        out[block.rows] = face_normals(mesh.points, *table)
     return out
 
 

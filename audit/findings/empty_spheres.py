@@ -215,6 +215,5 @@ def deepest(points: Floats, offsets: Ints, nodes: Ints, rows: Ints, apexes: Ints
         ex, ey, ez = points[e, 0] - points[o, 0] - x, points[e, 1] - points[o, 1] - y, points[e, 2] - points[o, 2] - z
         radius = math.sqrt(x * x + y * y + z * z)
         depth = 1.0 - math.sqrt(ex * ex + ey * ey + ez * ez) / radius
-        if depth > most:
-            most = depth
+        most = depth if depth > most else most
     return most

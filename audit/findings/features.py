@@ -60,8 +60,8 @@ def geometry_features(facts: Facts) -> Found | None:
     }
     message = (
         f"{counted(count['corner'], 'corner')}, {counted(found.n_curves, 'curve')} and "
-        f"{counted(found.n_surfaces, 'surface')} at a feature angle of {facts.options.feature_angle:g} degrees: smoothing "
-        "must keep corners where they are and points of curves on their curve"
+        f"{counted(found.n_surfaces, 'surface')} at a feature angle of {facts.options.feature_angle:g} degrees: "
+        "smoothing must keep corners where they are and points of curves on their curve"
     )
     if len(idle):
         message += (

@@ -197,10 +197,10 @@ def _compare(
                 a = size[cell[j]]
                 for k in range(j + 1, stop):
                     b = size[cell[k]]
-                    if end[k] != end[j] and (a > limit * b or b > limit * a) and a > 0.0 and b > 0.0:
-                        if _along(points, start[i], end[j], end[k]):
-                            _note(cell[j], cell[k], size, limit, ratio, neighbour)
-                            _note(cell[k], cell[j], size, limit, ratio, neighbour)
+                    jump = a > 0.0 and b > 0.0 and (a > limit * b or b > limit * a)
+                    if jump and end[k] != end[j] and _along(points, start[i], end[j], end[k]):
+                        _note(cell[j], cell[k], size, limit, ratio, neighbour)
+                        _note(cell[k], cell[j], size, limit, ratio, neighbour)
         i = stop
 
 

@@ -251,7 +251,7 @@ def curve_counts(facts: Facts) -> list[dict[str, Any]]:
         h = np.fmin.reduce(size[here])
         if np.isfinite(h) and h > 0.0:
             total = float(length[here].sum())
-            expected = max(int(math.floor(total / h * (1.0 + 1e-9))), 1)
+            expected = max(math.floor(total / h * (1.0 + 1e-9)), 1)
             rows.append(
                 {"curve": k, "length": total, "wanted": float(h), "edges": int(here.sum()), "expected": expected}
             )

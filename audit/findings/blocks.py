@@ -51,13 +51,13 @@ def structured_blocks(mesh: Mesh) -> Blocks | None:
     chosen = [block for block in mesh.blocks if CELL_TYPES[block.type].corners == kind and len(block)]
     if not chosen:
         return None
-    cells = np.concatenate([block.rows for block in chosen])
-    nodes = np.concatenate([block.nodes[:, : CELL_TYPES[kind].n_nodes] for block in chosen])
-    part = mesh
-    if len(cells) < mesh.n_cells or len(chosen) > 1:
-        part = Mesh(mesh.points, (CellBlock(kind, np.arange(len(cells)), nodes),), dimension=mesh.dimension)
+    width = CELL_TYPES[kind].n_nodes
+    if len(chosen) == 1 and len(chosen[0]) == mesh.n_cells:
+        part, cells, nodes = mesh, chosen[0].rows, chosen[0].nodes[:, :width]
     else:
-        nodes = chosen[0].nodes[:, : CELL_TYPES[kind].n_nodes]
+        cells = np.concatenate([block.rows for block in chosen])
+        nodes = np.concatenate([block.nodes[:, :width] for block in chosen])
+        part = Mesh(mesh.points, (CellBlock(kind, np.arange(len(cells)), nodes),), dimension=mesh.dimension)
     singular, valence, border = (singular_edges if kind == "hex" else singular_points)(part, nodes)
     if len(singular) > _IRREGULAR * len(cells):
         return None
@@ -69,17 +69,19 @@ def structured_blocks(mesh: Mesh) -> Blocks | None:
         if cut is None:
             return None
         neighbour = index_array(np.where(cut, NO_CELL, neighbour))
-    component = find_parts(found.owner, neighbour, len(cells))
-    count = np.bincount(component)
-    first = np.full(len(count), len(cells))
-    np.minimum.at(first, component, np.arange(len(cells))) if len(count) > 1 else first.fill(0)
     directions = 3 if kind == "hex" else 2
     table = (found.offsets, found.nodes, found.owner, neighbour, *faces_of_cells(part))
+    along = block_sizes(*table, index_array([0]), directions)
+    if not len(singular) and abs(along.prod()) == len(cells):
+        return _ranked(cells, np.zeros(len(cells), np.int32), along, (singular, valence, border))
+    component = find_parts(found.owner, neighbour, len(cells))
+    first = np.unique(component, return_index=True)[1]
     along = block_sizes(*table, index_array(first), directions)
-    return _ranked(cells, component, count, along, (singular, valence, border))
+    return _ranked(cells, component, along, (singular, valence, border))
 
 
-def _ranked(cells: Ints, component: Ints, count: Ints, along: Ints, singular: tuple[Ints, Ints, Ints]) -> Blocks | None:
+def _ranked(cells: Ints, component: Ints, along: Ints, singular: tuple[Ints, Ints, Ints]) -> Blocks | None:
+    count = np.bincount(component)
     order = np.argsort(-np.abs(along), axis=1, kind="stable")
     along = np.take_along_axis(along, order, axis=1)
     grid = np.abs(along).prod(axis=1) == count

@@ -82,26 +82,46 @@ def _suspects(count: NDArray[np.int32], mix: NDArray[np.uint64], outside: Mask) 
 
 
 @kernel
-def _edges_between(nodes: Ints, suspect: Mask) -> NDArray[np.int64]:
-    """(m, 2) edges of hexahedra with two suspect ends, once a cell, smaller point first."""
-    n = 0
-    for step in range(2):
-        if step == 1:
-            out = np.empty((n, 2), np.int64)
-            n = 0
+def _edges_between(nodes: Ints, suspect: Mask, count: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Edges of hexahedra with two suspect ends, once a cell: smaller point times the number of points plus larger."""
+    most = 0
+    for p in range(count.size):
+        most += count[p] if suspect[p] else 0
+    near = np.empty(min(most, nodes.shape[0]), np.int64)
+    m = 0
+    if most:
         for c in range(nodes.shape[0]):
             many = 0
             for i in range(8):
                 many += suspect[nodes[c, i]]
-            if many < 2:
-                continue
-            for e in range(12):
-                a, b = nodes[c, _EDGES[e, 0]], nodes[c, _EDGES[e, 1]]
-                if a != b and suspect[a] and suspect[b]:
-                    if step == 1:
-                        out[n, 0], out[n, 1] = min(a, b), max(a, b)
-                    n += 1
-    return out
+            if many > 1:
+                near[m] = c
+                m += 1
+    out = np.empty(12 * m, np.int64)
+    n = 0
+    for c in near[:m]:
+        for e in range(12):
+            a, b = nodes[c, _EDGES[e, 0]], nodes[c, _EDGES[e, 1]]
+            if a != b and suspect[a] and suspect[b]:
+                out[n] = np.int64(min(a, b)) * suspect.size + max(a, b)
+                n += 1
+    return out[:n]
+
+
+@kernel
+def _boundary_keys(offsets: Ints, nodes: Ints, rows: Ints, suspect: Mask) -> NDArray[np.int64]:
+    """Edges of boundary faces with two suspect ends, in the same way."""
+    out = np.empty(4 * rows.size, np.int64)
+    n = 0
+    for f in rows:
+        p = nodes[offsets[f + 1] - 1]
+        for i in range(offsets[f], offsets[f + 1]):
+            q = nodes[i]
+            if suspect[p] and suspect[q] and p != q:
+                out[n] = np.int64(min(p, q)) * suspect.size + max(p, q)
+                n += 1
+            p = q
+    return out[:n]
 
 
 def singular_edges(mesh: Mesh, nodes: Ints) -> tuple[Ints, Ints, Mask]:
@@ -116,31 +136,11 @@ def singular_edges(mesh: Mesh, nodes: Ints) -> tuple[Ints, Ints, Mask]:
     rows = np.flatnonzero(found.neighbour == NO_CELL)
     _gather_boundary(found.offsets, found.nodes, rows, outside, mix)
     suspect = _suspects(count, mix, outside)
-    keys, valence = np.unique(_edges_between(nodes, suspect) @ np.array([n, 1]), return_counts=True)
+    keys, valence = np.unique(_edges_between(nodes, suspect, count), return_counts=True)
     border = np.isin(keys, _boundary_keys(found.offsets, found.nodes, rows, suspect))
     singular = np.where(border, valence > 2, valence != 4)
     keys = keys[singular]
     return np.stack([keys // n, keys % n], axis=1), valence[singular], border[singular]
-
-
-@kernel
-def _boundary_keys(offsets: Ints, nodes: Ints, rows: Ints, suspect: Mask) -> NDArray[np.int64]:
-    """Edges of boundary faces with two suspect ends, as smaller point times the number of points plus larger."""
-    n = 0
-    for step in range(2):
-        if step == 1:
-            out = np.empty(n, np.int64)
-            n = 0
-        for f in rows:
-            p = nodes[offsets[f + 1] - 1]
-            for i in range(offsets[f], offsets[f + 1]):
-                q = nodes[i]
-                if suspect[p] and suspect[q] and p != q:
-                    if step == 1:
-                        out[n] = np.int64(min(p, q)) * suspect.size + max(p, q)
-                    n += 1
-                p = q
-    return out
 
 
 def singular_points(mesh: Mesh, nodes: Ints) -> tuple[Ints, Ints, Mask]:

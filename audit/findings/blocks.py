@@ -45,7 +45,8 @@ def structured_blocks(mesh: Mesh) -> Blocks | None:
     """The blocks of the hexahedra (quadrilaterals) of a mesh; None without any, or where they form no grid.
 
     Cells of other types count as the end of the mesh. A grid needs half of the cells in blocks of two cells or more
-    in two directions.
+    in two directions, and no more blocks than the square root of the number of cells, since any mesh of quadrilaterals
+    falls apart into small ones.
     """
     kind = "hex" if mesh.cell_dimension == 3 else "quad"
     chosen = [block for block in mesh.blocks if CELL_TYPES[block.type].corners == kind and len(block)]
@@ -85,7 +86,7 @@ def _ranked(cells: Ints, component: Ints, along: Ints, singular: tuple[Ints, Int
     order = np.argsort(-np.abs(along), axis=1, kind="stable")
     along = np.take_along_axis(along, order, axis=1)
     grid = np.abs(along).prod(axis=1) == count
-    if 2 * count[grid & (np.abs(along[:, 1]) >= 2)].sum() < len(cells):
+    if len(count) ** 2 > len(cells) or 2 * count[grid & (np.abs(along[:, 1]) >= 2)].sum() < len(cells):
         return None
     largest = np.lexsort((np.arange(len(count)), -count, ~grid))
     number = np.full(len(count), -1, dtype=np.int64)

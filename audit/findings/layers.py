@@ -57,6 +57,7 @@ def _figures(wall: Columns) -> dict[str, Any]:
             "min": float(wall.least[steps].min()), "mean": float(mean.mean()), "max": float(wall.most[steps].max()),
         },
         "max_thickness_jump": _jump(wall),
+        "shortened": int(np.count_nonzero(shortened_columns(wall))),
         "collapsed": int(np.count_nonzero(collapsed_columns(wall))),
     }  # fmt: skip
 
@@ -72,16 +73,23 @@ def _jump(wall: Columns) -> float | None:
     return float(np.max(np.maximum(a[both] / b[both], b[both] / a[both]))) if both.any() else None
 
 
-def collapsed_columns(wall: Columns) -> NDArray[np.bool_]:
-    """Columns that end for want of a prism with fewer layers than one beside them, on a wall that is mostly layered."""
-    out = np.zeros(len(wall.layers), dtype=bool)
-    if 2 * np.count_nonzero(wall.layers >= _LAYERED) < len(wall.layers):
-        return out
+def shortened_columns(wall: Columns) -> NDArray[np.bool_]:
+    """Columns that end for want of a prism with fewer layers than one beside them: the steps of a staircase."""
     most = wall.layers.copy()
     a, b = wall.pairs.T
     np.maximum.at(most, a, wall.layers[b])
     np.maximum.at(most, b, wall.layers[a])
     return (wall.reason == END_OF_LAYERS) & (wall.layers < most)
+
+
+def collapsed_columns(wall: Columns) -> NDArray[np.bool_]:
+    """Columns that end for want of a prism with half the layers of the wall's median column or fewer.
+
+    None on a wall of which less than half is layered.
+    """
+    if not len(wall.layers) or np.median(wall.layers) < _LAYERED:
+        return np.zeros(len(wall.layers), dtype=bool)
+    return (wall.reason == END_OF_LAYERS) & (2 * wall.layers <= np.median(wall.layers))
 
 
 def layer_collapse(facts: Facts) -> Found | None:
@@ -94,7 +102,7 @@ def layer_collapse(facts: Facts) -> Found | None:
     names = [wall.zone.name for wall, cells in zip(walls, lost, strict=True) if len(cells)]
     return Found(
         rows,
-        f"{counted(len(rows), 'column')} of the boundary layer with fewer layers than beside it (on "
+        f"{counted(len(rows), 'column')} of the boundary layer with half the usual layers or fewer (on "
         f"{', '.join(names[:5])}): the layer collapses there and wall friction and heat flux are off; grow the layers "
         "with less height or smooth the surface below them",
         detail={"zones": {wall.zone.name: len(cells) for wall, cells in zip(walls, lost, strict=True) if len(cells)}},

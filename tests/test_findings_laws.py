@@ -37,12 +37,21 @@ def damaged(seed):
     return Mesh(points, tuple(blocks))
 
 
+EXEMPT = {
+    "size-jump": "the size of a cell is that of its box, which turns with the axes",
+    "misplaced-pyramids": "which of two copies of a cell lies behind a face depends on their order",
+    "delaunay-violations": "the same",
+    "blocks": "the same",
+}
+
+
 def found_in(mesh, names=None):
     """code -> the cells concerned by their names, or how many entities; copies are named by whichever comes later."""
     names = np.arange(mesh.n_cells) if names is None else names
     return {
         f.code: sorted(names[f.rows].tolist()) if f.entity == "cell" and f.code != "duplicate-cells" else f.count
         for f in run_checks(mesh)
+        if f.code not in EXEMPT
     }
 
 
@@ -103,7 +112,8 @@ def test_renumbering_cells_and_points_changes_no_finding(seed):
 def test_mirroring_a_sound_mesh_is_one_convention_and_mirroring_it_twice_is_nothing(seed):
     mesh = hybrid_mesh(seed)
     mirrored = with_points(mesh, mesh.points * [-1.0, 1.0, 1.0])
-    found = found_in(mirrored)
+    found, plain = found_in(mirrored), found_in(mesh)
     assert found.pop("node-order-convention") == list(range(mesh.n_cells))
-    assert set(found) <= {"mixed-element-types"}
-    assert set(found_in(with_points(mesh, mesh.points * [-1.0, -1.0, 1.0]))) <= {"mixed-element-types"}
+    assert found == plain
+    assert found_in(with_points(mesh, mesh.points * [-1.0, -1.0, 1.0])) == plain
+    assert [f.code for f in run_checks(mesh) if f.severity != "info"] == []

@@ -155,7 +155,7 @@ ROWS = (
         caveat="Divides by |V|: a mirrored cell has -1 (in Verdict 1). Verdict gives a warped quad a thickness; here J counts along the "
         "mean normal. Always 1 on linear triangles and tets. Cubit accepts 0.6 to 1.",
         kernel={"quad": quad_distortion, "wedge": wedge_distortion, "hex": hex_distortion},
-        stages={"quad": _QUAD, "wedge": (edges, volume, jacobians), "hex": (edges, volume, jacobians)},
+        stages={"quad": _QUAD, "wedge": (edges, volume, jacobians), "hex": (edges, axes, volume, jacobians)},
     ),
     Metric(
         id="verdict.aspect_frobenius", title="Frobenius aspect", on=("tri", "tet"), unit="1", low=1.0, high=math.inf, best="low",
@@ -223,7 +223,7 @@ ROWS = (
         id="verdict.dimension", title="Dimension", on=("hex",), unit="L", low=0.0, high=math.inf, best="none", ideal=None, degenerate=0.0,
         systems=("Verdict: dimension", "Pronto: characteristic length"), formula="V / (sqrt(2) |grad V|), the gradient by the corners' coordinates",
         source=f"{_MANUAL}, dimension", caveat="Of explicit time steps: 0.577 for a unit cube.",
-        kernel=hex_dimension, stages=(edges, volume),
+        kernel=hex_dimension, stages=(edges, axes, volume),
     ),
 )  # fmt: skip
 

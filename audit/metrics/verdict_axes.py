@@ -27,16 +27,11 @@ __all__ = [
 # Pairs of axes, and the mode that mixes them.
 _PAIRS = np.array([[0, 1, 0], [0, 2, 1], [1, 2, 2]])
 
-# The four edges of a hex along each local direction, as (from, to), ordered by the other two directions.
-_PARALLEL = np.array(
-    [
-        [[0, 1], [3, 2], [4, 5], [7, 6]],
-        [[0, 3], [1, 2], [4, 7], [5, 6]],
-        [[0, 4], [1, 5], [3, 7], [2, 6]],
-    ]
-)
-_NEAR = 0.5 - 0.5 / math.sqrt(3.0)
-"""Place of the nearer of the two Gauss points on an edge of length 1."""
+# The modes that mix each axis with the other two, in order: X_01, X_02, X_12.
+_MIXED = np.array([[0, 1], [0, 2], [1, 2]])
+
+# Factors of the two cross products in each derivative of the volume; see `hex_dimension`.
+_CROSSED = np.array([[1, 2, 0, 1], [2, 0, 2, 0], [0, 1, 1, 2], [1, 0, 1, 2], [2, 2, 0, 0], [0, 1, 2, 1]])
 
 
 @inner
@@ -139,23 +134,23 @@ def quad_radius_ratio(tile: Tile, out: Lane) -> None:
 def hex_distortion(tile: Tile, out: Lane) -> None:
     """Smallest J, of the map from the unit cube, at the corners and the 2x2x2 Gauss points, over the volume; 0 when flat.
 
-    The derivative along a direction does not depend on that direction's own coordinate: 3 x 4 vectors serve 8 points.
+    The derivative along a direction is the axis plus the mixed modes times the other two coordinates, +-1/sqrt(3): 3 x 4
+    vectors serve 8 points.
     """
-    slope = np.empty((3, 2, 2, 3, LANES))  # direction, first and second other coordinate, xyz
-    x, near, far = tile.x, 1.0 - _NEAR, _NEAR
-    for k in range(3):
-        for d in range(3):
-            p, q = x[_PARALLEL[k, 0, 0], d], x[_PARALLEL[k, 0, 1], d]
-            r, s = x[_PARALLEL[k, 1, 0], d], x[_PARALLEL[k, 1, 1], d]
-            t, u = x[_PARALLEL[k, 2, 0], d], x[_PARALLEL[k, 2, 1], d]
-            v, w = x[_PARALLEL[k, 3, 0], d], x[_PARALLEL[k, 3, 1], d]
-            a, b, c, e = slope[k, 0, 0, d], slope[k, 1, 0, d], slope[k, 0, 1, d], slope[k, 1, 1, d]
+    slope = np.empty((3, 2, 2, 3, LANES))  # direction, sign of the first and of the second other coordinate, xyz
+    x, g = tile.x, 1.0 / math.sqrt(3.0)
+    for d in range(3):
+        twist = tile.work[0]
+        for i in range(LANES):
+            bottom = (x[1, d, i] - x[0, d, i]) - (x[2, d, i] - x[3, d, i])
+            twist[i] = (0.25 / 3.0) * (bottom - ((x[5, d, i] - x[4, d, i]) - (x[6, d, i] - x[7, d, i])))
+        for k in range(3):
+            axis, first, second = tile.axis[k, d], tile.mode[_MIXED[k, 0], d], tile.mode[_MIXED[k, 1], d]
+            a, b, c, e = slope[k, 0, 0, d], slope[k, 0, 1, d], slope[k, 1, 0, d], slope[k, 1, 1, d]
             for i in range(LANES):
-                first, second, third, fourth = q[i] - p[i], s[i] - r[i], u[i] - t[i], w[i] - v[i]
-                low0, low1 = near * first + far * second, far * first + near * second
-                high0, high1 = near * third + far * fourth, far * third + near * fourth
-                a[i], b[i] = near * low0 + far * high0, near * low1 + far * high1
-                c[i], e[i] = far * low0 + near * high0, far * low1 + near * high1
+                low, high = axis[i] - g * first[i], axis[i] + g * first[i]
+                fall, rise = g * second[i] - twist[i], g * second[i] + twist[i]
+                a[i], b[i], c[i], e[i] = low - fall, low + fall, high - rise, high + rise
     for i in range(LANES):
         out[i] = tile.jacobian_range[0, i]
     for point in range(8):
@@ -178,32 +173,26 @@ def hex_distortion(tile: Tile, out: Lane) -> None:
 def hex_dimension(tile: Tile, out: Lane) -> None:
     """V over sqrt(2) times the norm of its gradient by the coordinates of the corners; 0 when flat.
 
-    The gradient at a corner is the area vector of its share of the faces. On a bilinear face with corners a, b, c, d the
-    share of a is (2 ab + dc) x (2 ad + bc) / 36: the integral of the shape function of a times the normal.
+    With the axes B and the mixed modes X of the trilinear map, V = [B1 B2 B3] + ([B1 X12 X13] + [X12 B2 X23] +
+    [X13 X23 B3]) / 3. The signs that make modes of corners are orthogonal, so that the gradient by the modes has, but for
+    a factor, the same norm.
     """
-    quads, x = tile.tables.quads, tile.x
-    gradient = np.zeros((8, 3, LANES))
-    for r in range(6):
-        for k in range(4):
-            a, b, c, d = quads[r, k], quads[r, (k + 1) % 4], quads[r, (k + 2) % 4], quads[r, (k + 3) % 4]
-            g = gradient[a]
-            for i in range(LANES):
-                ux = 2.0 * (x[b, 0, i] - x[a, 0, i]) + (x[c, 0, i] - x[d, 0, i])
-                uy = 2.0 * (x[b, 1, i] - x[a, 1, i]) + (x[c, 1, i] - x[d, 1, i])
-                uz = 2.0 * (x[b, 2, i] - x[a, 2, i]) + (x[c, 2, i] - x[d, 2, i])
-                vx = 2.0 * (x[d, 0, i] - x[a, 0, i]) + (x[c, 0, i] - x[b, 0, i])
-                vy = 2.0 * (x[d, 1, i] - x[a, 1, i]) + (x[c, 1, i] - x[b, 1, i])
-                vz = 2.0 * (x[d, 2, i] - x[a, 2, i]) + (x[c, 2, i] - x[b, 2, i])
-                g[0, i] += uy * vz - uz * vy
-                g[1, i] += uz * vx - ux * vz
-                g[2, i] += ux * vy - uy * vx
+    b, m = tile.axis, tile.mode
     for i in range(LANES):
         out[i] = 0.0
-    for r in range(8):
+    for r in range(6):
+        # derivative by an axis: the other two, and a third of two modes; by a mode: a third of two mixed products
+        share = 1.0 if r < 3 else 1.0 / 3.0
+        p, q, s, t = _CROSSED[r, 0], _CROSSED[r, 1], _CROSSED[r, 2], _CROSSED[r, 3]
+        u, v = (b[p], b[q]) if r < 3 else (m[p], b[q])
+        w, z = (m[s], m[t]) if r < 3 else (b[s], m[t])
         for i in range(LANES):
-            out[i] += _square(gradient[r], i)
+            gx = share * (u[1, i] * v[2, i] - u[2, i] * v[1, i]) + (w[1, i] * z[2, i] - w[2, i] * z[1, i]) / 3.0
+            gy = share * (u[2, i] * v[0, i] - u[0, i] * v[2, i]) + (w[2, i] * z[0, i] - w[0, i] * z[2, i]) / 3.0
+            gz = share * (u[0, i] * v[1, i] - u[1, i] * v[0, i]) + (w[0, i] * z[1, i] - w[1, i] * z[0, i]) / 3.0
+            out[i] += gx * gx + gy * gy + gz * gz
     for i in range(LANES):
         longest2 = tile.edge_range[1, i]
         size = abs(tile.volume[i])
         sound = size > FLAT * longest2 * math.sqrt(longest2)
-        out[i] = 36.0 * size / math.sqrt(2.0 * out[i]) * tile.unit[i] if sound else 0.0
+        out[i] = size / math.sqrt(out[i]) * tile.unit[i] if sound else 0.0

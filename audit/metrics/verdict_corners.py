@@ -66,13 +66,12 @@ def _gram(ux, uy, uz, vx, vy, vz, wx, wy, wz):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, share):  # type: ignore[no-untyped-def]
+def _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, over):  # type: ignore[no-untyped-def]
     """Cube of Oddy's number (|G|^2 - tr(G)^2 / 3) / J^(4/3), G the metric tensor; the numerator as a sum of squares."""
     uv, vw, wu = ux * vx + uy * vy + uz * vz, vx * wx + vy * wy + vz * wz, wx * ux + wy * uy + wz * uz
     a, b, c = (uu - vv) * inverse, (vv - ww) * inverse, (ww - uu) * inverse
     uv, vw, wu = uv * inverse, vw * inverse, wu * inverse
     n = (a * a + b * b + c * c) / 3.0 + 2.0 * (uv * uv + vw * vw + wu * wu)
-    over = 1.0 / share
     return n * n * n * over * over
 
 
@@ -91,13 +90,13 @@ def hex_corners(tile: Tile, out: Lane) -> None:
             vx, vy, vz = x[b, 0, i] - x[o, 0, i], x[b, 1, i] - x[o, 1, i], x[b, 2, i] - x[o, 2, i]
             wx, wy, wz = x[d, 0, i] - x[o, 0, i], x[d, 1, i] - x[o, 1, i], x[d, 2, i] - x[o, 2, i]
             uu, vv, ww, inverse, j, share, scaled = _gram(ux, uy, uz, vx, vy, vz, wx, wy, wz)
-            sound = j > flat[i]
+            sound, over = j > flat[i], 1.0 / share
             px, py, pz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             qx, qy, qz = vy * wz - vz * wy, vz * wx - vx * wz, vx * wy - vy * wx
             rx, ry, rz = wy * uz - wz * uy, wz * ux - wx * uz, wx * uy - wy * ux
             areas = px * px + py * py + pz * pz + qx * qx + qy * qy + qz * qz + rx * rx + ry * ry + rz * rz
-            condition = math.sqrt(areas * inverse * inverse / share) if sound else np.inf
-            cubed = _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, share)
+            condition = math.sqrt(areas * inverse * inverse * over) if sound else np.inf
+            cubed = _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, over)
             cubed = cubed if sound else np.inf
             c[SCALED, i] = min(c[SCALED, i], scaled)
             c[SHAPE, i] = min(c[SHAPE, i], share if sound else 0.0)
@@ -109,7 +108,7 @@ def hex_corners(tile: Tile, out: Lane) -> None:
         ux, uy, uz, vx, vy, vz = b1[0, i], b1[1, i], b1[2, i], b2[0, i], b2[1, i], b2[2, i]
         wx, wy, wz = b3[0, i], b3[1, i], b3[2, i]
         uu, vv, ww, inverse, j, share, scaled = _gram(ux, uy, uz, vx, vy, vz, wx, wy, wz)
-        cubed = _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, share)
+        cubed = _oddy_cubed(ux, uy, uz, vx, vy, vz, wx, wy, wz, uu, vv, ww, inverse, 1.0 / share)
         c[ODDY, i] = max(c[ODDY, i], cubed if j > flat[i] else np.inf)
         c[CENTRE, i] = math.copysign(math.sqrt(abs(scaled)), scaled)
     for i in range(LANES):

@@ -50,9 +50,10 @@ def quad_taper(tile: Tile, out: Lane) -> None:
 
 @tile_kernel
 def hex_taper(tile: Tile, out: Lane) -> None:
-    """Largest mixed mode over the shorter of its two axes; 0 where both vanish."""
+    """Largest mixed mode over the shorter of its two axes, 0 where it vanishes; inf where all three axes do."""
     for i in range(LANES):
-        out[i] = 0.0
+        longest2 = max(_square(tile.axis[0], i), _square(tile.axis[1], i), _square(tile.axis[2], i))
+        out[i] = 0.0 if longest2 > 0.0 else np.inf
     for r in range(3):
         p, q, mode = tile.axis[_PAIRS[r, 0]], tile.axis[_PAIRS[r, 1]], tile.mode[_PAIRS[r, 2]]
         for i in range(LANES):

@@ -225,7 +225,8 @@ def tet_collapse(tile: Tile, out: Lane) -> None:
             area2 = a[0, i] ** 2 + a[1, i] ** 2 + a[2, i] ** 2
             out[i] = max(out[i], math.sqrt(area2) * math.sqrt(max(e[p, i], e[q, i], e[r, i])))
     for i in range(LANES):
-        out[i] = 0.5 * tile.jacobian[0, i] / out[i] if out[i] > 0.0 else 0.0
+        j = _jacobian(tile, i)  # else the height of a flat tet on a line would be one rounding over another
+        out[i] = 0.5 * j / out[i] if j != 0.0 else 0.0
 
 
 @tile_kernel
@@ -271,7 +272,10 @@ def tet_inradius(tile: Tile, out: Lane) -> None:
 
 @tile_kernel
 def tet_skew(tile: Tile, out: Lane) -> None:
-    """Worst of the equi-angle skew of the faces' corners, ideal 60, and of the angles between faces, ideal 70.53 degrees."""
+    """Worst of the equi-angle skew of the faces' corners, ideal 60, and of the angles between faces, ideal 70.53 degrees.
+
+    1 for a flat tet.
+    """
     small, large = tile.work[0], tile.work[1]
     for i in range(LANES):
         small[i], large[i] = -np.inf, np.inf
@@ -288,4 +292,4 @@ def tet_skew(tile: Tile, out: Lane) -> None:
         corners = skew_of_face(tile.angle[0, i], tile.angle[1, i], 60.0)
         between = skew_of_face(degrees(small[i]), degrees(large[i]), _DIHEDRAL)
         skew = corners if corners > between else between
-        out[i] = skew if tile.shapeless[0, i] == 0.0 else 1.0
+        out[i] = skew if tile.shapeless[0, i] == 0.0 and _jacobian(tile, i) != 0.0 else 1.0

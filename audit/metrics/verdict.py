@@ -86,7 +86,7 @@ ROWS = (
         formula="tri 4 sqrt(3) A/sum e^2; tet 12 (3V)^(2/3)/sum e^2; quad min 2J/sum e^2, wedge min 3 (2J/sqrt(3))^(2/3)/sum e^2, "
         "hex min 3 J^(2/3)/sum e^2 over the corners; pyramid: base's shape x cosine of the slant x height/(Lmax/sqrt(2)) or its inverse",
         source=f"{_MANUAL}, shape; pyramid, wedge: {_CODE}",
-        caveat="0 as soon as one corner is folded. VTK's pyramid may miss the longest edge and takes the base's normal at its first corner.",
+        caveat="0 as soon as one corner is folded. Cubit accepts 0.3 to 1 on quads and hexes, 0.2 to 1 on tets and wedges. VTK's pyramid may miss the longest edge and takes the base's normal at its first corner.",
         kernel={
             "tri": tri_shape, "quad": quad_shape, "tet": tet_shape, "pyramid": pyramid_shape, "wedge": wedge_shape, "hex": hex_shape,
         },
@@ -129,7 +129,7 @@ ROWS = (
         formula="max over the corners of |A W^-1| |W A^-1| / n, A the edges there, W those of the ideal cell, Frobenius norms; "
         "wedge: Frobenius aspect instead",
         source=f"{_MANUAL}, condition; wedge: {_CODE}",
-        caveat="inf where a corner is folded or flat. Cubit accepts 1 to 4 on quads, 1 to 3 on tets and wedges, 1 to 8 on hexes.",
+        caveat="inf where a corner is folded or flat. Cubit accepts 1 to 3 on tets and wedges, 1 to 8 on hexes; the manual 1 to 4 on quads.",
         kernel={"tri": tri_condition, "quad": quad_condition, "tet": tet_condition, "wedge": wedge_condition, "hex": hex_condition},
         stages={"tri": _TRI, "quad": _QUAD, "tet": (edges, faces, jacobians), "wedge": _TET, "hex": _HEX},
     ),

@@ -37,8 +37,8 @@ __all__ = [
     "wedge_shape",
 ]
 
-_RIGHT_ANGLE = 2.0 / math.sqrt(3.0)
-"""1 / J of the unit wedge at any corner."""
+_UNIT_WEDGE = 2.0 / math.sqrt(3.0)
+"""1 / J at any corner of the unit wedge."""
 
 
 @tile_kernel
@@ -59,7 +59,7 @@ def hex_scaled_jacobian(tile: Tile, out: Lane) -> None:
 def wedge_scaled_jacobian(tile: Tile, out: Lane) -> None:
     """Smallest normalised determinant, over that of the unit wedge."""
     for i in range(LANES):
-        out[i] = _RIGHT_ANGLE * tile.corner[SCALED, i]
+        out[i] = _UNIT_WEDGE * tile.corner[SCALED, i]
 
 
 @tile_kernel
@@ -89,7 +89,7 @@ def wedge_shape(tile: Tile, out: Lane) -> None:
     """3 min (2 J / sqrt(3))^(2/3) / sum e^2."""
     square = tile.work[0]
     for i in range(LANES):
-        square[i] = _RIGHT_ANGLE * _RIGHT_ANGLE * tile.corner[SHAPE, i]
+        square[i] = _UNIT_WEDGE * _UNIT_WEDGE * tile.corner[SHAPE, i]
     cube_roots(square, out)
     for i in range(LANES):
         out[i] *= 3.0

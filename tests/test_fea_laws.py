@@ -72,7 +72,7 @@ def test_thin_cells_are_neither_flat_nor_undefined():
     thin = np.array(box(1, 1, 1), float) * [1, 1, 1e-9]
     got = {id_: float(v[0]) for id_, v in measured("hex", thin).items()}
     assert got["ansys.aspect_ratio"] == pytest.approx(1e9)
-    assert got["hm.warpage"] == got["hm.skew"] == got["ansys.parallel_deviation"] == 0.0
+    assert got["icem.max_warp"] == got["hm.skew"] == got["ansys.parallel_deviation"] == 0.0
     assert got["ansys.jacobian_ratio"] == got["hm.jacobian_gauss"] == 1.0
 
 
@@ -166,7 +166,7 @@ def by_definition(type_name, x):
     }
     if quads:
         found["ansys.parallel_deviation_faces"] = max(map(face_parallel, quads))
-        found["hm.warpage"] = max(map(face_warp, quads))
+        found["icem.max_warp"] = max(map(face_warp, quads))
         opposite = [edges(face) for face in quads]
         found["femap.taper"] = max(max(e[k] / e[k + 2], e[k + 2] / e[k]) for e in opposite for k in (0, 1))
     if type_name not in ("tri", "quad"):

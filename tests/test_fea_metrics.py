@@ -12,7 +12,7 @@ from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import ansys, gauss, hypermesh, shells, structural, tets
 
 ROWS = tuple(row for family in (ansys, hypermesh, gauss, shells, tets, structural) for row in family.ROWS)
-IDS = tuple(row.id for row in ROWS)
+IDS = (*(row.id for row in ROWS), "icem.max_warp")  # HyperMesh and ANSYS share ICEM's warp
 ROOT2, ROOT3 = math.sqrt(2), math.sqrt(3)
 
 
@@ -107,9 +107,9 @@ CLOSED_FORMS = [
     ("3-4-5 triangle", "tri", T345, "hm.skew", math.degrees(math.atan(2 / 3))),
     ("60 degree rhombus", "quad", RHOMBUS, "hm.skew", 30.0),
     # normals (1/2, 1/2, 1) and (-1/2, -1/2, 1): cosine 1/2 / 3/2
-    ("saddle of height 1/4", "quad", SADDLE, "hm.warpage", math.degrees(math.acos(1 / 3))),
+    ("saddle of height 1/4", "quad", SADDLE, "icem.max_warp", math.degrees(math.acos(1 / 3))),
     # cut from 1 to 3 the normals are (0, 0, 1) and (-1/2, -1/2, 1); from 0 to 2 (0, -1/2, 1) and (-1/2, 0, 1)
-    ("one corner lifted by 1/2", "quad", LIFTED, "hm.warpage", math.degrees(math.acos(0.8))),
+    ("one corner lifted by 1/2", "quad", LIFTED, "icem.max_warp", math.degrees(math.acos(0.8))),
     # J runs from 2 to 1 across the height: 3/2 -+ 1/2 / sqrt(3)
     ("trapezoid", "quad", TRAPEZOID, "hm.jacobian_gauss", (3 * ROOT3 - 1) / (3 * ROOT3 + 1)),
     # J = width^2 = (3/4 -+ 1/4 / sqrt(3))^2
@@ -226,7 +226,7 @@ UGLY = [
             "ansys.parallel_deviation": math.nan,
             "ansys.jacobian_ratio": math.inf,
             "hm.aspect": math.inf,
-            "hm.warpage": math.nan,
+            "icem.max_warp": math.nan,
             "hm.jacobian_gauss": 0.0,
             "volume_gauss2": 0.0,
             "femap.taper": math.inf,
@@ -240,7 +240,7 @@ UGLY = [
         {
             # the faces that are triangles: mid-lines 1/2 and sqrt(1.25) at right angles
             "ansys.parallel_deviation_faces": math.nan,
-            "hm.warpage": math.nan,
+            "icem.max_warp": math.nan,
             "hm.aspect": math.inf,
             "femap.taper": math.inf,
             "ansys.jacobian_ratio": math.inf,
@@ -295,7 +295,7 @@ UGLY = [
             "nastran.warp": 0.0,
             "hm.skew": 0.0,
             "nastran.skew": 90.0,
-            "hm.warpage": math.nan,
+            "icem.max_warp": math.nan,
             "femap.taper": math.inf,
         },
     ),
@@ -308,7 +308,7 @@ UGLY = [
             "hm.skew": math.nan,
             "hm.taper": math.nan,
             "ansys.parallel_deviation_faces": 180.0,
-            "hm.warpage": 180.0,
+            "icem.max_warp": 180.0,
             "ansys.jacobian_ratio": math.inf,
         },
     ),
@@ -380,7 +380,7 @@ def test_flat_cells_are_flat_in_any_position():
         ("tet", FLAT_TET, {"nastran.tetraar": math.inf, "hm.tet_collapse": 0.0, "ansys.element_quality": 0.0}),
         ("tri", [(0, 0, 0), (3, 0, 0), (1, 0, 0)], {"ansys.aspect_ratio_faces": math.inf, "hm.min_height": 0.0}),
         ("quad", [(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)], {"ansys.aspect_ratio_faces": math.inf}),
-        ("quad", [(0, 0, 0), (1, 0, 0), (0.5, 0.5, 0), (0, 1, 0)], {"hm.warpage": math.nan, "hm.taper": 1.0}),
+        ("quad", [(0, 0, 0), (1, 0, 0), (0.5, 0.5, 0), (0, 1, 0)], {"icem.max_warp": math.nan, "hm.taper": 1.0}),
     ):
         moved = 0.001 * np.array(points, float) @ turn.T
         got = {id_: float(v[0]) for id_, v in measured(type_name, moved, tuple(wanted)).items()}

@@ -25,6 +25,8 @@ RANDOM, ADVERSARIAL = (100_000, 10_000) if MANY else (3_000, 1_500)
 
 UNDEFINED_TOO = {
     "gambit.aspect_ratio": "a triangle with two corners in one place has no circumcircle",
+    "icem.skew": "mid-lines of a quadrilateral without length have no directions",
+    "icem.opp_face_area_ratio": "two opposite faces without area have no ratio",
 }
 """Metrics that may be undefined although a degenerate cell has a value: why."""
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.metrics.stages import Lane
-from meshwright.audit.metrics.tile import LANES, Tile, stage, tile_kernel
+from meshwright.audit.metrics.tile import LANES, Tile, stage
 
 __all__ = [
     "ASPECT",
@@ -19,7 +19,6 @@ __all__ = [
     "flattened",
     "opposite",
     "triangle_aspect2",
-    "worst_warp",
 ]
 
 ASPECT, SKEW, PARALLEL, COLLAPSED, BROKEN, SKEWLESS = 0, 1, 2, 3, 4, 5
@@ -121,40 +120,3 @@ def flattened(tile, i):  # type: ignore[no-untyped-def]
     """Whether the quadrilaterals around one direction of a hex are lines but not all of its faces: no direction there."""
     lines = tile.face_shape[COLLAPSED, i]
     return 4.0 <= lines < 6.0
-
-
-@tile_kernel
-def worst_warp(tile: Tile, out: Lane) -> None:
-    """Signed square of the cotangent of the largest angle between the two triangles of a quadrilateral face, either split.
-
-    inf for plane faces, nan where a triangle of a face is flat and so has no normal.
-    """
-    quads, x = tile.tables.quads, tile.x
-    for i in range(LANES):
-        out[i] = np.inf
-    for f in range(len(quads)):
-        a, b, c, d = quads[f, 0], quads[f, 1], quads[f, 2], quads[f, 3]
-        for i in range(LANES):
-            ux, uy, uz = x[b, 0, i] - x[a, 0, i], x[b, 1, i] - x[a, 1, i], x[b, 2, i] - x[a, 2, i]
-            vx, vy, vz = x[c, 0, i] - x[d, 0, i], x[c, 1, i] - x[d, 1, i], x[c, 2, i] - x[d, 2, i]
-            px, py, pz = x[d, 0, i] - x[a, 0, i], x[d, 1, i] - x[a, 1, i], x[d, 2, i] - x[a, 2, i]
-            qx, qy, qz = x[c, 0, i] - x[b, 0, i], x[c, 1, i] - x[b, 1, i], x[c, 2, i] - x[b, 2, i]
-            # normals of the triangles at the four corners; the first and third share a diagonal, so do the others
-            kx, ky, kz = uy * pz - uz * py, uz * px - ux * pz, ux * py - uy * px
-            lx, ly, lz = uy * qz - uz * qy, uz * qx - ux * qz, ux * qy - uy * qx
-            mx, my, mz = vy * qz - vz * qy, vz * qx - vx * qz, vx * qy - vy * qx
-            nx, ny, nz = vy * pz - vz * py, vz * px - vx * pz, vx * py - vy * px
-            u2, v2 = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-            p2, q2 = px * px + py * py + pz * pz, qx * qx + qy * qy + qz * qz
-            k2, l2 = kx * kx + ky * ky + kz * kz, lx * lx + ly * ly + lz * lz
-            m2, n2 = mx * mx + my * my + mz * mz, nx * nx + ny * ny + nz * nz
-            one, other = opposite(kx, ky, kz, mx, my, mz), opposite(lx, ly, lz, nx, ny, nz)
-            sound = (
-                (k2 > _PARALLEL_SINE2 * u2 * p2)
-                & (l2 > _PARALLEL_SINE2 * u2 * q2)
-                & (m2 > _PARALLEL_SINE2 * v2 * q2)
-                & (n2 > _PARALLEL_SINE2 * v2 * p2)
-            )
-            least = one if one < other else other
-            least = least if sound else np.nan
-            out[i] = out[i] if out[i] < least or out[i] != out[i] else least

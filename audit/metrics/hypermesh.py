@@ -1,4 +1,4 @@
-"""HyperMesh checks of all cell types: aspect ratio, skew, warpage."""
+"""HyperMesh checks of all cell types: aspect ratio and skew."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES
 from meshwright.audit.jit import inner
 from meshwright.audit.metrics.edges import edge_ratio
-from meshwright.audit.metrics.face_shapes import SKEW, SKEWLESS, face_shapes, flattened, worst_warp
+from meshwright.audit.metrics.face_shapes import SKEW, SKEWLESS, face_shapes, flattened
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.metrics.stages import Lane, degrees, degrees_from_cotangent, edges
+from meshwright.audit.metrics.stages import Lane, degrees_from_cotangent, edges
 from meshwright.audit.metrics.tile import LANES, Tile, tile_kernel
 
 __all__ = ["ROWS"]
@@ -80,14 +80,6 @@ def skew(tile: Tile, out: Lane) -> None:
         out[i] = angle if tile.face_shape[SKEWLESS, i] < n and not flattened(tile, i) else np.nan
 
 
-@tile_kernel
-def warpage(tile: Tile, out: Lane) -> None:
-    """Largest angle between the normals of the two triangles of a quadrilateral face."""
-    worst_warp(tile, out)
-    for i in range(LANES):
-        out[i] = degrees(out[i])
-
-
 ROWS = (
     Metric(
         id="hm.aspect", title="Aspect ratio (HyperMesh)", on=LINEAR_TYPES, unit="1", low=1.0, high=math.inf, best="low", ideal=1.0,
@@ -109,13 +101,5 @@ ROWS = (
         caveat="90 for a flat triangle; undefined where two corners of a triangle coincide or a mid-line has no length. Solids leave "
         "such faces out.",
         stages=(face_shapes,), kernel=skew,
-    ),
-    Metric(
-        id="hm.warpage", title="Warpage (HyperMesh)", on=_WITH_QUADS, unit="deg", low=0.0, high=180.0, best="low", ideal=0.0,
-        degenerate=math.nan, systems=("HyperMesh: warpage", "OptiStruct: warp angle", "ANSYS: warping angle", "PRIMER: warpage"),
-        formula="angle between the normals of the two triangles of a quadrilateral, the worse of the two splits; solids: worst face",
-        source="Altair HyperMesh help, element quality calculations",
-        caveat="Same number as ICEM CFD's max warp. Undefined where three corners of a face lie on a line.",
-        kernel=warpage,
     ),
 )  # fmt: skip

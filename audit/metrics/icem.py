@@ -166,7 +166,7 @@ ROWS = (
     Metric(
         id="icem.max_warp", title="Max warp", on=("quad", "pyramid", "wedge", "hex"), unit="deg", low=0.0, high=180.0,
         best="low", ideal=0.0, degenerate=math.nan,
-        systems=("ICEM CFD: Max warp", "HyperMesh: warpage", "PRIMER: warpage"),
+        systems=("ICEM CFD: Max warp", "HyperMesh: warpage", "OptiStruct: warp angle", "ANSYS: warping angle", "PRIMER: warpage"),
         formula="angle between the normals of the two triangles of a quadrilateral face, the worse diagonal, the worst face",
         source="Ansys ICEM CFD help 24.2 (warpage); Oasys PRIMER manual (worse of both diagonals)",
         caveat="180 for a concave face or a bow tie, even in a plane. Undefined where three corners of a face lie on a line.",

@@ -122,7 +122,7 @@ LEFT_OUT: dict[str, str] = {
     "hm.vol_skew": "the same number as gambit.equisize_skew, whose row names HyperMesh",
     "hm.taper_alt": "an angle up to 45 degrees; which one is not published",
     "femap.nastran_warping": "the same number as nastran.warp, whose row names FEMAP",
-    "femap.warping": "an angle out of plane; which one is not published: hm.warpage and salome.warp are two",
+    "femap.warping": "an angle out of plane; which one is not published: icem.max_warp and salome.warp are two",
     "femap.jacobian": "neither its points nor its scale are published",
     "femap.combined": "the worst of all other checks over their limits, which are the user's",
     "patran.tri_skew": "the same number as hm.skew on triangles, whose row names Patran",

@@ -95,6 +95,7 @@ class Tile(NamedTuple):
     dihedral (2, L): smallest and largest angle between faces in degrees.  warp (L,): largest angle in degrees between the
     two triangles of a quadrilateral face, cut along either diagonal.  slant (L,): of the face that stands least at right
     angles to the line from the cell's centre to its own, signed square of the cotangent between its normal and that line.
+    corner (7, L): of a quad, wedge or hex, extremes over its corners for Verdict's metrics; see `verdict_corners`.
     work (16, L): scratch.  tables: of the cell type.
     """
 
@@ -109,6 +110,7 @@ class Tile(NamedTuple):
     gauss: NDArray[np.float64]
     jacobian: NDArray[np.float64]
     jacobian_range: NDArray[np.float64]
+    corner: NDArray[np.float64]
     axis: NDArray[np.float64]
     mode: NDArray[np.float64]
     face: NDArray[np.float64]
@@ -139,7 +141,7 @@ def _new_tile(type_name: str) -> Tile:
     shape = {
         "x": (CELL_TYPES[type_name].n_nodes, 3), "unit": (), "edge2": (len(t.edges),), "edge_range": (2,),
         "diagonal_range": (2,), "jacobian_range": (2,),
-        "face_shape": (6,), "gauss": (3,),
+        "face_shape": (6,), "gauss": (3,), "corner": (7,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
         "face": (n_faces, 3), "area2": (n_faces,), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,),
         "dihedral": (2,), "warp": (), "slant": (), "volume": (), "work": (16,),

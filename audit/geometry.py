@@ -92,13 +92,13 @@ def bounds(mesh: Mesh) -> Floats:
 
 @once_per_mesh
 def in_safe_units(mesh: Mesh) -> tuple[Mesh, float]:
-    """(the mesh, length of its unit) in a unit in which no product of five lengths can under- or overflow.
+    """(the mesh, length of its unit) in a unit in which no product of seven lengths can under- or overflow.
 
     The mesh itself and 1 unless it is huge or tiny; else a copy, scaled by a power of two, which rounds nothing.
     """
     low, high = 0.25 * bounds(mesh)
     size = float(np.max(high - low))
-    if not size > 0.0 or 1e-60 < size < 1e60:
+    if not size > 0.0 or 1e-40 < size < 1e40:
         return mesh, 1.0
     exponent = math.frexp(size)[1]
     with np.errstate(invalid="ignore"):

@@ -104,27 +104,29 @@ def _nothing(face: FaceTile, out: NDArray[np.float64]) -> None:
 def _gather(tile, sides, first, stop, finite):  # type: ignore[no-untyped-def]
     """Fill the tile with the faces from row `first` on; lanes past the last one, `stop` - 1, repeat it."""
     points, most = sides.points, 0
+    last = np.uintp(stop - 1)  # unsigned indices throughout: numba then skips its test for negative ones
     for i in range(LANES):
-        f = min(first + i, stop - 1)
-        start, size = sides.offsets[f], sides.offsets[f + 1] - sides.offsets[f]
-        most = max(most, size)
+        f = min(np.uintp(first + i), last)
+        most = max(most, sides.offsets[f + np.uintp(1)] - sides.offsets[f])
     tile.count[0] = most
     for i in range(LANES):
-        f = min(first + i, stop - 1)
-        start, size = sides.offsets[f], sides.offsets[f + 1] - sides.offsets[f]
-        p = sides.nodes[start]
+        f = min(np.uintp(first + i), last)
+        start = np.uintp(sides.offsets[f])
+        size = sides.offsets[f + np.uintp(1)] - sides.offsets[f]
+        p = np.uintp(sides.nodes[start])
         ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
         mx, my, mz = 0.0, 0.0, 0.0
         for k in range(most):
-            q = sides.nodes[start + min(k, size - 1)]
+            q = np.uintp(sides.nodes[start + np.uintp(min(k, size - 1))])
             dx, dy, dz = points[q, 0] - ox, points[q, 1] - oy, points[q, 2] - oz
             tile.x[k, 0, i], tile.x[k, 1, i], tile.x[k, 2, i] = dx, dy, dz
             if k < size:
                 mx, my, mz = mx + dx, my + dy, mz + dz
         tile.work[0, i], tile.work[1, i], tile.work[2, i] = mx / size, my / size, mz / size
-        c, b = sides.owner[f], sides.neighbour[f]
-        n = b if b >= 0 else c
-        tile.boundary[i] = 1.0 if b < 0 else 0.0
+        inside = sides.neighbour[f] >= 0
+        c = np.uintp(sides.owner[f])
+        n = np.uintp(sides.neighbour[f]) if inside else c
+        tile.boundary[i] = 0.0 if inside else 1.0
         # relative to the first node, like everything else; completed below
         tile.own[0, i], tile.own[1, i], tile.own[2, i] = (
             ox - sides.centre[c, 0], oy - sides.centre[c, 1], oz - sides.centre[c, 2]

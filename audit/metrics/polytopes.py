@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.connectivity import faces
-from meshwright.audit.csr import ragged, uniform_offsets
+from meshwright.audit.csr import ragged, sort_keys, uniform_offsets
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, index_array
 from meshwright.audit.metrics.angles import deviation_of_face, skew_of_face
+from meshwright.audit.metrics.aspect import FLAT
+from meshwright.audit.metrics.polyhedra import balance, concavity, flatness, reach, slant
 from meshwright.audit.metrics.stages import corner, degrees, widen
 from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
 from meshwright.audit.solids import one_cell, one_face
@@ -31,6 +33,11 @@ class Shapes(NamedTuple):
     size: area of a polygon (L2), signed volume of a polyhedron (L3).  shortest, longest: edge (L).  edge_ratio: inf
     where an edge has no length.  smallest_angle, largest_angle: degrees; nan where an edge has no length.
     skew, skewness: equi-angle, 0 and 1 best.  deviation: largest one from the ideal angle, degrees.
+    flatness: |A| over the area of the fan, of the worst face.  The rest of polyhedra only, nan for polygons;
+    orthogonality, squish: smallest cosine between a face's normal and the way to it, and 1 less that.  reach: longest
+    over shortest distance of faces and corners from the centre (Fluent's aspect ratio).  openness, balance: of the
+    areas (OpenFOAM's aspect ratio).  pyramid: smallest one on a face, signed (L3).  concavity: largest cosine between
+    a face's normal and the way to another face.
     """
 
     size: Floats
@@ -42,6 +49,14 @@ class Shapes(NamedTuple):
     skew: Floats
     skewness: Floats
     deviation: Floats
+    flatness: Floats
+    orthogonality: Floats
+    squish: Floats
+    reach: Floats
+    openness: Floats
+    balance: Floats
+    pyramid: Floats
+    concavity: Floats
 
 
 class _Cells(NamedTuple):
@@ -106,6 +121,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
                 column[c] = np.nan
             continue
         short, long, low, high, skew, deviation, shapeless = np.inf, 0.0, np.nan, np.nan, 0.0, np.nan, 0
+        flat = np.inf
         for i in range(m):
             face = cells.faces[cells.starts[c] + i]
             first, n = cell.ends[i], cell.ends[i + 1] - cell.ends[i]
@@ -114,6 +130,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             for d in range(3):  # a whole row at once would compile for a second longer
                 cell.area[i, d], cell.centre[i, d] = outward * area[d], centre[d]
             shortest, longest = _edge_range(cell.x, first, n)
+            flat = min(flat, flatness(cell.x, first, n, area, centre, longest))
             short, long = min(short, shortest), max(long, longest)
             smallest, largest, undefined = _angle_range(cell.x, first, n)
             shapeless += undefined
@@ -129,8 +146,22 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             low, high, skew = np.nan, np.nan, 1.0
             deviation = _deviation_of_sound_faces(cell, m, len(cells.points))
         if solid:
-            shapes.size[c] = one_cell(cell.area, cell.centre, m)[0] * unit * unit * unit
+            volume, middle = one_cell(cell.area, cell.centre, m)
+            shapes.size[c] = volume * unit * unit * unit
+            ratio, pyramid = reach(cell.area, cell.centre, m, cell.x, cell.ends[m], middle)
+            cosine, squish = slant(cell.area, cell.centre, m, middle)
+            openness, aspect = balance(cell.area, m, volume)
+            least = FLAT * long * math.sqrt(long)
+            if not (abs(volume) >= least and long > 0.0):  # flat: no centre to look from
+                cosine, squish, ratio = 0.0, 1.0, np.inf
+            shapes.orthogonality[c], shapes.squish[c], shapes.reach[c] = cosine, squish, ratio
+            shapes.pyramid[c] = pyramid * unit * unit * unit
+            shapes.openness[c] = openness
+            shapes.balance[c] = aspect if volume > least else np.inf
+            shapes.concavity[c] = concavity(cell.area, cell.centre, m)
         else:
+            shapes.orthogonality[c] = shapes.squish[c] = shapes.reach[c] = np.nan
+            shapes.pyramid[c] = shapes.openness[c] = shapes.balance[c] = shapes.concavity[c] = np.nan
             shapes.size[c] = math.sqrt(cell.area[0, 0] ** 2 + cell.area[0, 1] ** 2 + cell.area[0, 2] ** 2) * unit * unit
         shapes.shortest[c] = math.sqrt(short) * unit
         shapes.longest[c] = math.sqrt(long) * unit
@@ -140,6 +171,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
         shapes.skew[c] = min(skew, 1.0)
         shapes.skewness[c] = 1.0 - min(skew, 1.0)
         shapes.deviation[c] = deviation
+        shapes.flatness[c] = flat
 
 
 @inner
@@ -260,7 +292,7 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
                 broken |= x[o, 0] == x[other, 0] and x[o, 1] == x[other, 1] and x[o, 2] == x[other, 2]
             keys[o] = 2 * ((last - first) * n_points + cell.node[o]) + broken
             b = o
-    _sort(keys)
+    sort_keys(keys, k)
     sound = np.zeros(k + 1, np.bool_)
     for j in range(k):
         # the last key of a node on the faces of one size is odd where one of its corners is broken
@@ -272,18 +304,3 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
         if sound[cell.ends[i + 1] - cell.ends[i]] and (off > deviation or deviation != deviation):
             deviation = off
     return deviation
-
-
-@inner
-def _sort(keys):  # type: ignore[no-untyped-def]
-    """Shell sort in place, gaps of Gonnet and Baeza-Yates (1991): numba's own sort takes seconds to compile."""
-    gap = keys.size
-    while gap > 1:
-        gap = max(1, (5 * gap - 1) // 11)
-        for i in range(gap, keys.size):
-            key = keys[i]
-            j = i
-            while j >= gap and keys[j - gap] > key:
-                keys[j] = keys[j - gap]
-                j -= gap
-            keys[j] = key

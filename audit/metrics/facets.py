@@ -37,7 +37,7 @@ class FaceTile(NamedTuple):
     centre (3, L): of the face, relative to the same node.  area (3, L): area vector, away from the owner.
     fan (L,): sum of the areas of the triangles of the fan about the mean of the nodes; length of an edge.
     own, other (3, L): from the centre of the owner and of the neighbour to the centre of the face; other is 0 on the
-    boundary.  between (3, L): from owner to neighbour.  volume (2, L): of owner and neighbour, signed.
+    boundary.  between (3, L): from owner to neighbour, 0 on the boundary.  volume (2, L): of owner and neighbour, signed.
     boundary (L,): 1 where there is no neighbour, else 0.  unit (L,): length of one unit of all this.
     work (8, L): scratch.  count (1,): rows of x in use.
     """
@@ -59,7 +59,7 @@ class FaceTile(NamedTuple):
 class Sides(NamedTuple):
     """The faces of a mesh and the cells beside them, in safe units.
 
-    centre (c, 3), volume (c,): of the cells.  normal (c, 3): of 2-D cells, empty otherwise.  shell: 1 where these may
+    first (c,), arm (c, 3): a point of each cell and the way from there to its centre.  volume (c,): of the cells.  normal (c, 3): of 2-D cells, empty otherwise.  shell: 1 where these may
     differ in direction, else 0.
     """
 
@@ -68,7 +68,8 @@ class Sides(NamedTuple):
     nodes: NDArray[np.integer]
     owner: NDArray[np.integer]
     neighbour: NDArray[np.integer]
-    centre: Floats
+    first: NDArray[np.integer]
+    arm: Floats
     volume: Floats
     normal: Floats
     shell: int
@@ -128,14 +129,17 @@ def _gather(tile, sides, first, stop, finite):  # type: ignore[no-untyped-def]
         n = np.uintp(sides.neighbour[f]) if inside else c
         tile.boundary[i] = 0.0 if inside else 1.0
         # relative to the first node, like everything else; completed below
+        p, q = np.uintp(sides.first[c]), np.uintp(sides.first[n])
         tile.own[0, i], tile.own[1, i], tile.own[2, i] = (
-            ox - sides.centre[c, 0], oy - sides.centre[c, 1], oz - sides.centre[c, 2]
-        )  # fmt: skip
+            ox - points[p, 0] - sides.arm[c, 0],
+            oy - points[p, 1] - sides.arm[c, 1],
+            oz - points[p, 2] - sides.arm[c, 2],
+        )
         tile.other[0, i], tile.other[1, i], tile.other[2, i] = (
-            ox - sides.centre[n, 0], oy - sides.centre[n, 1], oz - sides.centre[n, 2]
-        )  # fmt: skip
-        for d in range(3):
-            tile.between[d, i] = sides.centre[n, d] - sides.centre[c, d]
+            ox - points[q, 0] - sides.arm[n, 0],
+            oy - points[q, 1] - sides.arm[n, 1],
+            oz - points[q, 2] - sides.arm[n, 2],
+        )
         tile.volume[0, i], tile.volume[1, i] = sides.volume[c], sides.volume[n]
         if len(sides.normal) > 0:  # the edge of a 2-D cell: the normal, for `_turn`
             for d in range(3):
@@ -219,9 +223,9 @@ def fill(tile, sides, first, stop, finite):  # type: ignore[no-untyped-def]
             tile.other[d, i] = tile.other[d, i] + tile.centre[d, i] if tile.boundary[i] == 0.0 else 0.0
     if sides.shell == 1:
         _unfold(tile)
-        for d in range(3):
-            for i in range(LANES):
-                tile.between[d, i] = tile.own[d, i] - tile.other[d, i] if tile.boundary[i] == 0.0 else 0.0
+    for d in range(3):
+        for i in range(LANES):
+            tile.between[d, i] = tile.own[d, i] - tile.other[d, i] if tile.boundary[i] == 0.0 else 0.0
 
 
 @kernel
@@ -248,8 +252,8 @@ def sides_of(mesh: Mesh) -> tuple[Sides, int, float]:
     table, geometry = faces(scaled), cell_geometry(scaled)
     flat = mesh.cell_dimension == 2
     normal = cell_normals(scaled) if flat else np.empty((0, 3))
-    parts = (table.offsets, table.nodes, table.owner, table.neighbour, geometry.centre, geometry.volume, normal)
-    sides = Sides(scaled.points, *parts, int(flat and mesh.dimension == 3))
+    parts = (table.offsets, table.nodes, table.owner, table.neighbour, geometry.first, geometry.arm, geometry.volume)
+    sides = Sides(scaled.points, *parts, normal, int(flat and mesh.dimension == 3))
     return sides, int(np.diff(table.offsets).max(initial=2)), unit
 
 

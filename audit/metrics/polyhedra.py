@@ -95,19 +95,21 @@ def balance(areas, m, volume):  # type: ignore[no-untyped-def]
 
 
 @inner
-def concavity(areas, centres, m):  # type: ignore[no-untyped-def]
+def concavity(areas, centres, m, longest2):  # type: ignore[no-untyped-def]
     """Largest cosine between the outward area of one of m faces and the way from its centre to that of another.
 
-    Reduced as signed square. Two centres in one place and a face without direction count as 0.
+    Reduced as signed square. Two centres in one place and a face without direction count as 0.  longest2: squared
+    length of the longest edge.
     """
-    best, per = -1.0, 1.0  # the signed square so far is best / per
+    worst = -1.0
     for i in range(m):
         ax, ay, az = areas[i, 0], areas[i, 1], areas[i, 2]
         cx, cy, cz = centres[i, 0], centres[i, 1], centres[i, 2]
         square = ax * ax + ay * ay + az * az
         for j in range(m):
             dx, dy, dz = centres[j, 0] - cx, centres[j, 1] - cy, centres[j, 2] - cz
-            dot, size = ax * dx + ay * dy + az * dz, square * (dx * dx + dy * dy + dz * dz)
-            if i != j and (dot * abs(dot) * per > best * size or (size == 0.0 and best < 0.0)):
-                best, per = (dot * abs(dot), size) if size > 0.0 else (0.0, 1.0)
-    return math.copysign(math.sqrt(abs(best) / per), best) + 0.0
+            apart = dx * dx + dy * dy + dz * dz
+            dot, size = ax * dx + ay * dy + az * dz, square * apart if apart > FLAT * FLAT * longest2 else 0.0
+            if i != j and (dot * abs(dot) > worst * size if size > 0.0 else worst < 0.0):
+                worst = dot * abs(dot) / size if size > 0.0 else 0.0
+    return math.copysign(math.sqrt(abs(worst)), worst) + 0.0

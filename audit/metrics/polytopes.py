@@ -21,7 +21,7 @@ from meshwright.audit.metrics.angles import deviation_of_face, skew_of_face
 from meshwright.audit.metrics.aspect import FLAT
 from meshwright.audit.metrics.polyhedra import balance, concavity, flatness, reach, slant
 from meshwright.audit.metrics.stages import corner, degrees, widen
-from meshwright.audit.metrics.tile import rescale
+from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
 from meshwright.audit.solids import one_cell, one_face
 
 __all__ = ["Shapes", "measure_polytopes"]
@@ -198,10 +198,7 @@ def _room(cells, begin, end):  # type: ignore[no-untyped-def]
 
 @inner
 def _gather(cells, c, cell):  # type: ignore[no-untyped-def]
-    """Copy the corners of one cell; returns the length of its unit, nan for a cell with a non-finite corner.
-
-    The unit is such that no product of seven lengths can under- or overflow.
-    """
+    """Copy the corners of one cell; returns the length of its unit, nan for a cell with a non-finite corner."""
     points, x = cells.points, cell.x
     origin = cells.nodes[cells.offsets[cells.faces[cells.starts[c]]]]
     ox, oy, oz = points[origin, 0], points[origin, 1], points[origin, 2]
@@ -216,7 +213,7 @@ def _gather(cells, c, cell):  # type: ignore[no-untyped-def]
             extent += abs(x[k, 0]) + abs(x[k, 1]) + abs(x[k, 2])  # a sum, not a maximum: it keeps NaN
             k += 1
         cell.ends[i + 1] = k
-    return 1.0 if 1e-40 < extent < 1e40 else rescale(x[:k], points, cell.node)
+    return 1.0 if SAFE_LOW < extent < SAFE_HIGH else rescale(x[:k], points, cell.node)
 
 
 @inner

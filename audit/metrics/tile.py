@@ -47,8 +47,8 @@ which would send all rows of a tile to the same few sets of it. Measured: 64 lan
 _SLOTS = 32
 """Kernels that one pass of the driver can take; a longer list takes several passes."""
 
-SAFE_LOW, SAFE_HIGH = 1e-60, 1e60
-"""Cell extents between which no product of five lengths can under- or overflow."""
+SAFE_LOW, SAFE_HIGH = 1e-25, 1e25
+"""Cell extents between which no product of twelve lengths can under- or overflow, as in the circumradius of a tet."""
 
 Kernel = Any
 """A compiled function; numba publishes no type for one."""

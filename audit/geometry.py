@@ -154,7 +154,8 @@ def _face_geometry(mesh: Mesh, threads: int) -> FaceGeometry:
 
 def _cell_geometry(mesh: Mesh, threads: int) -> CellGeometry:
     points, n = mesh.points, mesh.n_cells
-    volume, first, arm = np.empty(n), np.empty(n, np.int32 if len(points) <= _INT32 else np.int64), np.empty((n, 3))
+    volume, arm = np.empty(n), np.empty((n, 3))
+    first: Ints = np.empty(n, np.int32 if len(points) <= _INT32 else np.int64)
     if mesh.cell_dimension == 2:
         areas = np.empty((n, 3))
         for block in mesh.blocks:

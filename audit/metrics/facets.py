@@ -8,7 +8,7 @@ that of the owner, so that a fold does not pass for a bad mesh.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -53,14 +53,14 @@ class FaceTile(NamedTuple):
     boundary: NDArray[np.float64]
     unit: NDArray[np.float64]
     work: NDArray[np.float64]
-    count: NDArray[np.int64]
+    count: NDArray[np.int64]  # type: ignore[assignment]
 
 
 class Sides(NamedTuple):
     """The faces of a mesh and the cells beside them, in safe units.
 
-    first (c,), arm (c, 3): a point of each cell and the way from there to its centre.  volume (c,): of the cells.  normal (c, 3): of 2-D cells, empty otherwise.  shell: 1 where these may
-    differ in direction, else 0.
+    first (c,), arm (c, 3): a point of each cell and the way from there to its centre.  volume (c,): of the cells.
+    normal (c, 3): of 2-D cells, empty otherwise.  shell: 1 where these may differ in direction, else 0.
     """
 
     points: Floats
@@ -130,16 +130,10 @@ def _gather(tile, sides, first, stop, finite):  # type: ignore[no-untyped-def]
         tile.boundary[i] = 0.0 if inside else 1.0
         # relative to the first node, like everything else; completed below
         p, q = np.uintp(sides.first[c]), np.uintp(sides.first[n])
-        tile.own[0, i], tile.own[1, i], tile.own[2, i] = (
-            ox - points[p, 0] - sides.arm[c, 0],
-            oy - points[p, 1] - sides.arm[c, 1],
-            oz - points[p, 2] - sides.arm[c, 2],
-        )
-        tile.other[0, i], tile.other[1, i], tile.other[2, i] = (
-            ox - points[q, 0] - sides.arm[n, 0],
-            oy - points[q, 1] - sides.arm[n, 1],
-            oz - points[q, 2] - sides.arm[n, 2],
-        )
+        o = (ox, oy, oz)
+        for d in range(3):
+            tile.own[d, i] = o[d] - points[p, d] - sides.arm[c, d]
+            tile.other[d, i] = o[d] - points[q, d] - sides.arm[n, d]
         tile.volume[0, i], tile.volume[1, i] = sides.volume[c], sides.volume[n]
         if len(sides.normal) > 0:  # the edge of a 2-D cell: the normal, for `_turn`
             for d in range(3):
@@ -264,16 +258,13 @@ def measure_faces(mesh: Mesh, rows: Sequence[Metric]) -> tuple[Floats, Callable[
     ranges may run in parallel and give the same bits in any order.
     """
     sides, most, unit = sides_of(mesh)
-    n = len(sides.owner)
-    out = np.empty((len(rows), n))
-    batches = [range(i, min(i + _SLOTS, len(rows))) for i in range(0, len(rows), _SLOTS)]
+    out = np.empty((len(rows), len(sides.owner)))
     plans = []
-    for batch in batches:
+    for batch in (range(i, min(i + _SLOTS, len(rows))) for i in range(0, len(rows), _SLOTS)):
         kernels = [rows[i].kernel_for("face") for i in batch]
         functions = (*kernels, *(_nothing,) * (_SLOTS - len(kernels)))
-        columns = np.array(batch, dtype=np.int64)
-        domains = np.array([_DOMAIN[rows[i].on] for i in batch], dtype=np.int64)
-        plans.append((functions, columns, domains))
+        domains = [_DOMAIN[rows[i].on] for i in batch]
+        plans.append((functions, np.array(batch, np.int64), np.array(domains, np.int64)))
     run = _prepared({id(f): f for functions, *_ in plans for f in functions}.values(), sides)
 
     def work(begin: int, end: int) -> None:
@@ -284,7 +275,7 @@ def measure_faces(mesh: Mesh, rows: Sequence[Metric]) -> tuple[Floats, Callable[
     return out, work
 
 
-def _prepared(functions: Sequence[Kernel], sides: Sides) -> Callable[..., None]:
+def _prepared(functions: Iterable[Kernel], sides: Sides) -> Callable[..., None]:
     """The compiled driver for these sides, and these kernels compiled."""
     for function in functions:
         function.compile(_SIGNATURE)
@@ -296,8 +287,7 @@ def _prepared(functions: Sequence[Kernel], sides: Sides) -> Callable[..., None]:
     signature = types.void(
         _TILE,
         types.NamedTuple([*(frozen(array) for array in sides[:-1]), types.int64], Sides),
-        types.int64,
-        types.int64,
+        *(types.int64, types.int64),
         types.UniTuple(_KERNEL, _SLOTS),
         labels,
         labels,

@@ -1,6 +1,7 @@
 """How a polyhedron stands to its faces: Fluent's squish and aspect ratio, OpenFOAM's openness, pyramids and flatness.
 
-Inner functions of the pass in `polytopes`; the definitions are those of the fixed types in `fluent` and `openfoam`.
+And the normal of a polygon. Inner functions of the pass in `polytopes`; the definitions are those of the fixed types
+in `fluent` and `openfoam`.
 """
 
 from __future__ import annotations
@@ -12,7 +13,22 @@ import numpy as np
 from meshwright.audit.jit import inner
 from meshwright.audit.metrics.aspect import FLAT
 
-__all__ = ["balance", "concavity", "flatness", "reach", "slant"]
+__all__ = ["area_vector", "balance", "concavity", "flatness", "reach", "slant"]
+
+
+@inner
+def area_vector(x, first, n):  # type: ignore[no-untyped-def]
+    """Twice the area vector of a face, its triangles taken in pairs: the product of the diagonals for n = 4.
+
+    So no rounding gives a figure of eight, whose area is zero, a normal of its own.
+    """
+    nx, ny, nz = 0.0, 0.0, 0.0
+    for k in range(2, n, 2):
+        a, b, c = first + k, first + (k + 1) % n, first + k - 1
+        ux, uy, uz = x[a, 0] - x[first, 0], x[a, 1] - x[first, 1], x[a, 2] - x[first, 2]
+        vx, vy, vz = x[b, 0] - x[c, 0], x[b, 1] - x[c, 1], x[b, 2] - x[c, 2]
+        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
+    return nx, ny, nz
 
 
 @inner

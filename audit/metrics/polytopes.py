@@ -19,7 +19,7 @@ from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, index_array
 from meshwright.audit.metrics.angles import deviation_of_face, skew_of_face
 from meshwright.audit.metrics.aspect import FLAT
-from meshwright.audit.metrics.polyhedra import balance, concavity, flatness, reach, slant
+from meshwright.audit.metrics.polyhedra import area_vector, balance, concavity, flatness, reach, slant
 from meshwright.audit.metrics.stages import corner, degrees, widen
 from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
 from meshwright.audit.solids import one_cell, one_face
@@ -120,8 +120,8 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             for column in shapes:
                 column[c] = np.nan
             continue
-        short, long, low, high, skew, deviation, shapeless = np.inf, 0.0, np.nan, np.nan, 0.0, np.nan, 0
-        flat = np.inf
+        short, long, flat = np.inf, 0.0, np.inf
+        low, high, skew, deviation, shapeless = np.nan, np.nan, 0.0, np.nan, 0
         for i in range(m):
             face = cells.faces[cells.starts[c] + i]
             first, n = cell.ends[i], cell.ends[i + 1] - cell.ends[i]
@@ -150,13 +150,12 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             shapes.size[c] = volume * unit * unit * unit
             ratio, pyramid = reach(cell.area, cell.centre, m, cell.x, cell.ends[m], middle)
             cosine, squish = slant(cell.area, cell.centre, m, middle)
-            openness, aspect = balance(cell.area, m, volume)
+            shapes.openness[c], aspect = balance(cell.area, m, volume)
             least = FLAT * long * math.sqrt(long)
             if not (abs(volume) >= least and long > 0.0):  # flat: no centre to look from
                 cosine, squish, ratio = 0.0, 1.0, np.inf
             shapes.orthogonality[c], shapes.squish[c], shapes.reach[c] = cosine, squish, ratio
             shapes.pyramid[c] = pyramid * unit * unit * unit
-            shapes.openness[c] = openness
             shapes.balance[c] = aspect if volume > least else np.inf
             shapes.concavity[c] = concavity(cell.area, cell.centre, m, long)
         else:
@@ -229,21 +228,6 @@ def _edge_range(x, first, n):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _area_vector(x, first, n):  # type: ignore[no-untyped-def]
-    """Twice the area vector of a face, its triangles taken in pairs: the product of the diagonals for n = 4.
-
-    So no rounding gives a figure of eight, whose area is zero, a normal of its own.
-    """
-    nx, ny, nz = 0.0, 0.0, 0.0
-    for k in range(2, n, 2):
-        a, b, c = first + k, first + (k + 1) % n, first + k - 1
-        ux, uy, uz = x[a, 0] - x[first, 0], x[a, 1] - x[first, 1], x[a, 2] - x[first, 2]
-        vx, vy, vz = x[b, 0] - x[c, 0], x[b, 1] - x[c, 1], x[b, 2] - x[c, 2]
-        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
-    return nx, ny, nz
-
-
-@inner
 def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     """Smallest and largest corner angle of one face in degrees, nan where it has none, and its corners without one.
 
@@ -252,7 +236,7 @@ def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     """
     if n < 3:
         return np.nan, np.nan, n
-    nx, ny, nz = _area_vector(x, first, n)
+    nx, ny, nz = area_vector(x, first, n)
     small, large, reflex, undefined = -np.inf, np.inf, -np.inf, 0
     b = first + n - 1
     for o in range(first, first + n):

@@ -77,7 +77,7 @@ def slant(areas, centres, m, middle):  # type: ignore[no-untyped-def]
 def reach(areas, centres, m, x, k, middle):  # type: ignore[no-untyped-def]
     """(longest over shortest distance from `middle` to the planes of m faces and to k corners, smallest pyramid).
 
-    Distances: inf when the shortest is 0.  Pyramid: of a face with its apex at `middle`, signed.
+    Distances: inf when the shortest is 0 or rounding of it.  Pyramid: of a face with its apex at `middle`, signed.
     """
     pyramid, low, high = np.inf, np.inf, 0.0
     for i in range(m):
@@ -90,7 +90,7 @@ def reach(areas, centres, m, x, k, middle):  # type: ignore[no-untyped-def]
     for j in range(k):
         d2 = (x[j, 0] - middle[0]) ** 2 + (x[j, 1] - middle[1]) ** 2 + (x[j, 2] - middle[2]) ** 2
         low, high = min(low, d2), max(high, d2)
-    return math.sqrt(high / low) if low > 0.0 else np.inf, pyramid + 0.0  # no negative zero
+    return math.sqrt(high / low) if low > FLAT * FLAT * high else np.inf, pyramid + 0.0  # no negative zero
 
 
 @inner

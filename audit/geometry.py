@@ -14,6 +14,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
 from meshwright.audit.csr import ragged, uniform_offsets
-from meshwright.audit.mesh import CellBlock, Floats, Mesh, index_array
+from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, index_array
 
 __all__ = [
     "CellGeometry",
@@ -37,6 +38,7 @@ __all__ = [
 ]
 
 _CHUNK = 1 << 15
+_INT32 = 2**31 - 1
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -56,11 +58,20 @@ class CellGeometry:
     """volume: (n_cells,) signed, positive when right-handed (L3).
 
     2-D cells (L2): signed, positive when counter-clockwise, in a flat mesh; unsigned in a shell, which has
-    no outside.  centre: (n_cells, 3); the mean of the face centres where the volume is zero.
+    no outside.  first: (n_cells,) row of a point of the cell; arm: (n_cells, 3) from there to the centre, which is the
+    mean of the face centres where the volume is zero.  Differences of positions that are taken so stay exact far from
+    the origin, where the centres themselves are rounded.
     """
 
+    points: Floats
     volume: Floats
-    centre: Floats
+    first: Ints
+    arm: Floats
+
+    @cached_property
+    def centre(self) -> Floats:
+        """(n_cells, 3) centres."""
+        return _sealed(self.points[self.first] + self.arm)
 
 
 def face_geometry(mesh: Mesh, threads: int | None = None) -> FaceGeometry:
@@ -130,7 +141,9 @@ def _face_geometry(mesh: Mesh, threads: int) -> FaceGeometry:
     area, centre = np.empty((n, 3)), np.empty((n, 3))
     points = mesh.points
     if mesh.cell_dimension == 3:
-        _in_chunks(n, threads, lambda a, b: solids.face_rows(points, table.offsets, table.nodes, a, b, area, centre))
+        _in_chunks(
+            n, threads, lambda a, b: solids.face_rows(points, table.offsets, table.nodes, a, b, area, centre, False)
+        )
     else:
         normals = cell_normals(mesh)
         _in_chunks(
@@ -140,23 +153,23 @@ def _face_geometry(mesh: Mesh, threads: int) -> FaceGeometry:
 
 
 def _cell_geometry(mesh: Mesh, threads: int) -> CellGeometry:
-    volume, centre = np.empty(mesh.n_cells), np.empty((mesh.n_cells, 3))
-    points = mesh.points
+    points, n = mesh.points, mesh.n_cells
+    volume, arm = np.empty(n), np.empty((n, 3))
+    first: Ints = np.empty(n, np.int32 if len(points) <= _INT32 else np.int64)
     if mesh.cell_dimension == 2:
-        areas = np.empty((mesh.n_cells, 3))
+        areas = np.empty((n, 3))
         for block in mesh.blocks:
-            _surface_block(points, block, threads, areas, centre)
+            _surface_block(points, block, threads, areas, first, arm)
         volume[:] = areas[:, 2] if mesh.dimension == 2 else np.sqrt(np.sum(areas * areas, axis=1))
-        return CellGeometry(_sealed(volume), _sealed(centre))
-    for block in mesh.blocks:
+    for block in mesh.blocks if mesh.cell_dimension == 3 else ():
         if block.type == "polyhedron":
-            _polyhedra(mesh, block, threads, volume, centre)
+            _polyhedra(mesh, block, threads, volume, first, arm)
         else:
-            _solid_block(points, block, threads, volume, centre)
-    return CellGeometry(_sealed(volume), _sealed(centre))
+            _solid_block(points, block, threads, volume, first, arm)
+    return CellGeometry(points, _sealed(volume), index_array(first), _sealed(arm))
 
 
-def _solid_block(points: Floats, block: CellBlock, threads: int, volume: Floats, centre: Floats) -> None:
+def _solid_block(points: Floats, block: CellBlock, threads: int, volume: Floats, first: Ints, arm: Floats) -> None:
     sides = CELL_TYPES[block.type].faces
     sizes = index_array([len(side) for side in sides])
     corners = index_array([[*side, *[side[0]] * (4 - len(side))] for side in sides])
@@ -164,11 +177,11 @@ def _solid_block(points: Floats, block: CellBlock, threads: int, volume: Floats,
     _in_chunks(
         len(block),
         threads,
-        lambda a, b: solids.cells_by_table(points, rows, nodes, sizes, corners, a, b, volume, centre),
+        lambda a, b: solids.cells_by_table(points, rows, nodes, sizes, corners, a, b, volume, first, arm),
     )
 
 
-def _polyhedra(mesh: Mesh, block: CellBlock, threads: int, volume: Floats, centre: Floats) -> None:
+def _polyhedra(mesh: Mesh, block: CellBlock, threads: int, volume: Floats, first: Ints, arm: Floats) -> None:
     table, rows = faces(mesh), block.rows
     starts, items = ragged(block)
     most = int(np.diff(starts).max(initial=0))
@@ -176,27 +189,30 @@ def _polyhedra(mesh: Mesh, block: CellBlock, threads: int, volume: Floats, centr
         len(block),
         threads,
         lambda a, b: solids.cells_by_faces(
-            mesh.points, rows, starts, items, table.offsets, table.nodes, table.owner, most, a, b, volume, centre
+            mesh.points, rows, starts, items, table.offsets, table.nodes, table.owner, most, a, b, volume, first, arm
         ),
     )
 
 
-def _surface_block(points: Floats, block: CellBlock, threads: int, areas: Floats, centre: Floats) -> None:
+def _surface_block(points: Floats, block: CellBlock, threads: int, areas: Floats, first: Ints, arm: Floats) -> None:
     rows = block.rows
     if block.items is None:
         nodes = block.nodes[:, : CELL_TYPES[block.type].n_corners]
         offsets, items = uniform_offsets(*nodes.shape), index_array(nodes.ravel())
     else:
         offsets, items = ragged(block)
-    own_areas, own_centres = np.empty((len(block), 3)), np.empty((len(block), 3))
-    _in_chunks(len(block), threads, lambda a, b: solids.face_rows(points, offsets, items, a, b, own_areas, own_centres))
-    areas[rows], centre[rows] = own_areas, own_centres
+    own_areas, own_arms = np.empty((len(block), 3)), np.empty((len(block), 3))
+    _in_chunks(
+        len(block), threads, lambda a, b: solids.face_rows(points, offsets, items, a, b, own_areas, own_arms, True)
+    )
+    areas[rows], first[rows], arm[rows] = own_areas, items[offsets[:-1]], own_arms
 
 
 def _shell_areas(mesh: Mesh, threads: int) -> Floats:
-    areas, centre = np.empty((mesh.n_cells, 3)), np.empty((mesh.n_cells, 3))
+    n = mesh.n_cells
+    areas, first, arm = np.empty((n, 3)), np.empty(n, np.int64), np.empty((n, 3))
     for block in mesh.blocks:
-        _surface_block(mesh.points, block, threads, areas, centre)
+        _surface_block(mesh.points, block, threads, areas, first, arm)
     return areas
 
 

@@ -68,22 +68,26 @@ def one_face(points: Floats, nodes: Ints, start: int, size: int, origin: Vector)
 
 @inner
 def one_cell(areas: Floats, centres: Floats, m: int) -> tuple[float, Vector]:
-    """(volume, centre) from the outward areas and the centres of m faces."""
+    """(volume, centre) from the outward areas and the centres of m faces.
+
+    The centre is the mean of theirs where the volume is no more than rounding: weights of that would throw it anywhere.
+    """
     ex = ey = ez = 0.0
     for i in range(m):
         ex += centres[i, 0]
         ey += centres[i, 1]
         ez += centres[i, 2]
     ex, ey, ez = ex / m, ey / m, ez / m
-    total = cx = cy = cz = 0.0
+    total = scale = cx = cy = cz = 0.0
     for i in range(m):
         dx, dy, dz = centres[i, 0] - ex, centres[i, 1] - ey, centres[i, 2] - ez
         v = areas[i, 0] * dx + areas[i, 1] * dy + areas[i, 2] * dz
         total += v
+        scale += (abs(areas[i, 0]) + abs(areas[i, 1]) + abs(areas[i, 2])) * (abs(dx) + abs(dy) + abs(dz))
         cx += v * dx
         cy += v * dy
         cz += v * dz
-    if total != 0.0:
+    if abs(total) > 1e-14 * scale:
         ex += 0.75 * cx / total
         ey += 0.75 * cy / total
         ez += 0.75 * cz / total
@@ -91,15 +95,17 @@ def one_cell(areas: Floats, centres: Floats, m: int) -> tuple[float, Vector]:
 
 
 @kernel
-def face_rows(points: Floats, offsets: Ints, nodes: Ints, begin: int, end: int, area: Floats, centre: Floats) -> None:
-    """area (f, 3) and centre (f, 3) of polygons."""
+def face_rows(
+    points: Floats, offsets: Ints, nodes: Ints, begin: int, end: int, area: Floats, centre: Floats, relative: bool
+) -> None:
+    """area (f, 3) and centre (f, 3) of polygons; relative: the centre as seen from the first node."""
     for f in range(begin, end):
         start = offsets[f]
         o = (points[nodes[start], 0], points[nodes[start], 1], points[nodes[start], 2])
         a, c = one_face(points, nodes, start, offsets[f + 1] - start, o)
         for k in range(3):
             area[f, k] = a[k]
-            centre[f, k] = o[k] + c[k]
+            centre[f, k] = c[k] if relative else o[k] + c[k]
 
 
 @kernel
@@ -131,7 +137,8 @@ def cells_by_table(
     begin: int,
     end: int,
     volume: Floats,
-    centre: Floats,
+    first: Ints,
+    arm: Floats,
 ) -> None:
     """Cells of one type; sizes (m,) and corners (m, 4) are its faces, outward."""
     m = sizes.size
@@ -139,16 +146,17 @@ def cells_by_table(
     centres = np.empty((m, 3))
     face = np.empty(4, nodes.dtype)
     for c in range(begin, end):
-        first = nodes[c, 0]
-        o = (points[first, 0], points[first, 1], points[first, 2])
+        origin = nodes[c, 0]
+        o = (points[origin, 0], points[origin, 1], points[origin, 2])
         for i in range(m):
             for k in range(4):
                 face[k] = nodes[c, corners[i, k]]
             areas[i], centres[i] = one_face(points, face, 0, sizes[i], o)
         v, g = one_cell(areas, centres, m)
         volume[rows[c]] = v
+        first[rows[c]] = origin
         for k in range(3):
-            centre[rows[c], k] = o[k] + g[k]
+            arm[rows[c], k] = g[k]
 
 
 @kernel
@@ -164,14 +172,15 @@ def cells_by_faces(
     begin: int,
     end: int,
     volume: Floats,
-    centre: Floats,
+    first: Ints,
+    arm: Floats,
 ) -> None:
     """Cells by their faces (rows items[starts[c]:starts[c + 1]], at most `most`), outward for their owner."""
     areas = np.empty((most, 3))
     centres = np.empty((most, 3))
     for c in range(begin, end):
-        first = nodes[offsets[items[starts[c]]]]
-        o = (points[first, 0], points[first, 1], points[first, 2])
+        origin = nodes[offsets[items[starts[c]]]]
+        o = (points[origin, 0], points[origin, 1], points[origin, 2])
         m = starts[c + 1] - starts[c]
         for i in range(m):
             f = items[starts[c] + i]
@@ -181,5 +190,6 @@ def cells_by_faces(
                 areas[i, k] = sign * a[k]
         v, g = one_cell(areas, centres, m)
         volume[rows[c]] = v
+        first[rows[c]] = origin
         for k in range(3):
-            centre[rows[c], k] = o[k] + g[k]
+            arm[rows[c], k] = g[k]

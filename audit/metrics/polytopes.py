@@ -14,10 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.connectivity import faces
-from meshwright.audit.csr import ragged, uniform_offsets
+from meshwright.audit.csr import ragged, sort_keys, uniform_offsets
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, index_array
 from meshwright.audit.metrics.angles import deviation_of_face, skew_of_face
+from meshwright.audit.metrics.aspect import FLAT
+from meshwright.audit.metrics.polyhedra import area_vector, balance, concavity, flatness, reach, slant
 from meshwright.audit.metrics.stages import corner, degrees, widen
 from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
 from meshwright.audit.solids import one_cell, one_face
@@ -31,6 +33,11 @@ class Shapes(NamedTuple):
     size: area of a polygon (L2), signed volume of a polyhedron (L3).  shortest, longest: edge (L).  edge_ratio: inf
     where an edge has no length.  smallest_angle, largest_angle: degrees; nan where an edge has no length.
     skew, skewness: equi-angle, 0 and 1 best.  deviation: largest one from the ideal angle, degrees.
+    flatness: |A| over the area of the fan, of the worst face.  The rest of polyhedra only, nan for polygons;
+    orthogonality, squish: smallest cosine between a face's normal and the way to it, and 1 less that.  reach: longest
+    over shortest distance of faces and corners from the centre (Fluent's aspect ratio).  openness, balance: of the
+    areas (OpenFOAM's aspect ratio).  pyramid: smallest one on a face, signed (L3).  concavity: largest cosine between
+    a face's normal and the way to another face.
     """
 
     size: Floats
@@ -42,6 +49,14 @@ class Shapes(NamedTuple):
     skew: Floats
     skewness: Floats
     deviation: Floats
+    flatness: Floats
+    orthogonality: Floats
+    squish: Floats
+    reach: Floats
+    openness: Floats
+    balance: Floats
+    pyramid: Floats
+    concavity: Floats
 
 
 class _Cells(NamedTuple):
@@ -105,7 +120,8 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             for column in shapes:
                 column[c] = np.nan
             continue
-        short, long, low, high, skew, deviation, shapeless = np.inf, 0.0, np.nan, np.nan, 0.0, np.nan, 0
+        short, long, flat = np.inf, 0.0, np.inf
+        low, high, skew, deviation, shapeless = np.nan, np.nan, 0.0, np.nan, 0
         for i in range(m):
             face = cells.faces[cells.starts[c] + i]
             first, n = cell.ends[i], cell.ends[i + 1] - cell.ends[i]
@@ -114,6 +130,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             for d in range(3):  # a whole row at once would compile for a second longer
                 cell.area[i, d], cell.centre[i, d] = outward * area[d], centre[d]
             shortest, longest = _edge_range(cell.x, first, n)
+            flat = min(flat, flatness(cell.x, first, n, area, centre, longest))
             short, long = min(short, shortest), max(long, longest)
             smallest, largest, undefined = _angle_range(cell.x, first, n)
             shapeless += undefined
@@ -129,8 +146,21 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
             low, high, skew = np.nan, np.nan, 1.0
             deviation = _deviation_of_sound_faces(cell, m, len(cells.points))
         if solid:
-            shapes.size[c] = one_cell(cell.area, cell.centre, m)[0] * unit * unit * unit
+            volume, middle = one_cell(cell.area, cell.centre, m)
+            shapes.size[c] = volume * unit * unit * unit
+            ratio, pyramid = reach(cell.area, cell.centre, m, cell.x, cell.ends[m], middle)
+            cosine, squish = slant(cell.area, cell.centre, m, middle)
+            shapes.openness[c], aspect = balance(cell.area, m, volume)
+            least = FLAT * long * math.sqrt(long)
+            if not (abs(volume) >= least and long > 0.0):  # flat: no centre to look from
+                cosine, squish, ratio = 0.0, 1.0, np.inf
+            shapes.orthogonality[c], shapes.squish[c], shapes.reach[c] = cosine, squish, ratio
+            shapes.pyramid[c] = pyramid * unit * unit * unit
+            shapes.balance[c] = aspect if volume > least else np.inf
+            shapes.concavity[c] = concavity(cell.area, cell.centre, m, long)
         else:
+            shapes.orthogonality[c] = shapes.squish[c] = shapes.reach[c] = np.nan
+            shapes.pyramid[c] = shapes.openness[c] = shapes.balance[c] = shapes.concavity[c] = np.nan
             shapes.size[c] = math.sqrt(cell.area[0, 0] ** 2 + cell.area[0, 1] ** 2 + cell.area[0, 2] ** 2) * unit * unit
         shapes.shortest[c] = math.sqrt(short) * unit
         shapes.longest[c] = math.sqrt(long) * unit
@@ -140,6 +170,7 @@ def _measure(cells, begin, end, solid, shapes):  # type: ignore[no-untyped-def]
         shapes.skew[c] = min(skew, 1.0)
         shapes.skewness[c] = 1.0 - min(skew, 1.0)
         shapes.deviation[c] = deviation
+        shapes.flatness[c] = flat
 
 
 @inner
@@ -197,21 +228,6 @@ def _edge_range(x, first, n):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _area_vector(x, first, n):  # type: ignore[no-untyped-def]
-    """Twice the area vector of a face, its triangles taken in pairs: the product of the diagonals for n = 4.
-
-    So no rounding gives a figure of eight, whose area is zero, a normal of its own.
-    """
-    nx, ny, nz = 0.0, 0.0, 0.0
-    for k in range(2, n, 2):
-        a, b, c = first + k, first + (k + 1) % n, first + k - 1
-        ux, uy, uz = x[a, 0] - x[first, 0], x[a, 1] - x[first, 1], x[a, 2] - x[first, 2]
-        vx, vy, vz = x[b, 0] - x[c, 0], x[b, 1] - x[c, 1], x[b, 2] - x[c, 2]
-        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
-    return nx, ny, nz
-
-
-@inner
 def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     """Smallest and largest corner angle of one face in degrees, nan where it has none, and its corners without one.
 
@@ -220,7 +236,7 @@ def _angle_range(x, first, n):  # type: ignore[no-untyped-def]
     """
     if n < 3:
         return np.nan, np.nan, n
-    nx, ny, nz = _area_vector(x, first, n)
+    nx, ny, nz = area_vector(x, first, n)
     small, large, reflex, undefined = -np.inf, np.inf, -np.inf, 0
     b = first + n - 1
     for o in range(first, first + n):
@@ -260,7 +276,7 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
                 broken |= x[o, 0] == x[other, 0] and x[o, 1] == x[other, 1] and x[o, 2] == x[other, 2]
             keys[o] = 2 * ((last - first) * n_points + cell.node[o]) + broken
             b = o
-    _sort(keys)
+    sort_keys(keys, k)
     sound = np.zeros(k + 1, np.bool_)
     for j in range(k):
         # the last key of a node on the faces of one size is odd where one of its corners is broken
@@ -272,18 +288,3 @@ def _deviation_of_sound_faces(cell, m, n_points):  # type: ignore[no-untyped-def
         if sound[cell.ends[i + 1] - cell.ends[i]] and (off > deviation or deviation != deviation):
             deviation = off
     return deviation
-
-
-@inner
-def _sort(keys):  # type: ignore[no-untyped-def]
-    """Shell sort in place, gaps of Gonnet and Baeza-Yates (1991): numba's own sort takes seconds to compile."""
-    gap = keys.size
-    while gap > 1:
-        gap = max(1, (5 * gap - 1) // 11)
-        for i in range(gap, keys.size):
-            key = keys[i]
-            j = i
-            while j >= gap and keys[j - gap] > key:
-                keys[j] = keys[j - gap]
-                j -= gap
-            keys[j] = key

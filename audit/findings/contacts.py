@@ -100,12 +100,32 @@ def _contacts(mesh: Mesh) -> Contacts:
     ordered = tree.order, tree.boxes, tree.nodes
     most = TIGHT if rim else LOOSE
     touches = find_touches(
-        hull.x, hull.reach, hull.offsets, hull.nodes, hull.centre, hull.normal, hull.size, *hull.around, *ordered, rim, most
+        hull.x,
+        hull.reach,
+        hull.offsets,
+        hull.nodes,
+        hull.centre,
+        hull.normal,
+        hull.size,
+        *hull.around,
+        *ordered,
+        rim,
+        most,
     )
     if not len(touches[0]):
         return Contacts(hull, ())
     chosen = seeds(
-        *touches, hull.x, hull.reach, hull.offsets, hull.nodes, hull.normal, hull.size, *hull.around, hull.part, rim, TIGHT
+        *touches,
+        hull.x,
+        hull.reach,
+        hull.offsets,
+        hull.nodes,
+        hull.normal,
+        hull.size,
+        *hull.around,
+        hull.part,
+        rim,
+        TIGHT,
     )
     if not chosen.any():
         return Contacts(hull, ())
@@ -152,10 +172,7 @@ def _places(
     for k in range(count):
         rows = order[stops[k] : stops[k + 1]]
         one = parts[rows[0], 0] == parts[rows[0], 1]
-        if unmatched[k]:
-            kind = "hanging" if shared[k] else "nonconformal"
-        else:
-            kind = "cut" if one else "unmerged"
+        kind = _kind(matched=not unmatched[k], shared=bool(shared[k]), one=bool(one))
         hung = np.empty(0, np.int64)
         if len(points) and unmatched[k]:
             in_place[first[rows]] = in_place[second[rows]] = k
@@ -171,6 +188,12 @@ def _places(
         )
     found.sort(key=lambda contact: -len(contact.first))
     return tuple(found)
+
+
+def _kind(*, matched: bool, shared: bool, one: bool) -> str:
+    if matched:
+        return "cut" if one else "unmerged"
+    return "hanging" if shared else "nonconformal"
 
 
 def _joined(hull: Hull, first: Ints, second: Ints, key: Ints) -> Ints:

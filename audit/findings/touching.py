@@ -20,6 +20,7 @@ _FACING = 0.5
 
 @inner
 def facing(x: Floats, offsets: Ints, nodes: Ints, normal: Floats, rim: bool, f: int, g: int) -> bool:
+    """Whether facets f and g look at each other; edges of a rim, whether they run alongside."""
     if not rim:
         dot = normal[f, 0] * normal[g, 0] + normal[f, 1] * normal[g, 1] + normal[f, 2] * normal[g, 2]
         return dot < -_FACING
@@ -36,10 +37,10 @@ def facing(x: Floats, offsets: Ints, nodes: Ints, normal: Floats, rim: bool, f: 
 
 @inner
 def _has(nodes: Ints, first: int, last: int, p: int) -> bool:
+    found = False
     for i in range(first, last):
-        if nodes[i] == p:
-            return True
-    return False
+        found |= nodes[i] == p
+    return found
 
 
 @inner
@@ -70,7 +71,7 @@ def _square_to_triangle(p: Floats, a: Floats, b: Floats, c: Floats) -> float:
         if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
             h = wx * nx + wy * ny + wz * nz
             return h * h / nn
-    return min(_square_to_segment(p, a, b), min(_square_to_segment(p, b, c), _square_to_segment(p, c, a)))
+    return min(_square_to_segment(p, a, b), _square_to_segment(p, b, c), _square_to_segment(p, c, a))
 
 
 @inner

@@ -16,10 +16,12 @@ from meshwright.audit.findings import (
     features,
     gaps,
     handedness,
+    hanging,
     interfaces,
     inversion,
     kinds,
     layers,
+    periodic,
     points,
     sizes,
     surfaces,
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
 __all__ = ["CHECKS", "Check", "Finding", "Options", "census", "face_handedness", "run_checks"]
 
 _FAMILIES = (
-    *(points, degenerate, inversion, handedness, curved, surfaces, gaps, interfaces),
+    *(points, degenerate, inversion, handedness, curved, surfaces, gaps, interfaces, hanging, periodic),
     *(kinds, zones, blocks, features, sizes, layers, delaunay, walls),
 )
 

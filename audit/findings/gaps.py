@@ -23,13 +23,14 @@ CAD = 0.001
 MESHER = (0.1, 0.5)
 """Millimetres: the range of merge tolerances that mesh generators are run with."""
 
-_NEAR = 0.3
-"""Pairs closer than this share of the shortest edges at both points are counted."""
-_CRACK = 0.01
+_NEAR = 0.12
+"""Pairs closer than this share of the shortest edges at both points are counted. Like the other shares no round number,
+so that rounding decides nothing in meshes of round sizes."""
+_NEAR_IN_UNITS = 0.31
+"""The same where lengths can be compared with the bands."""
+_CRACK = 0.012
 """Pairs on the outside of a solid or flat mesh are a crack below this share; above, they may face each other across
-a plate that is not meshed."""
-_CRACK_OF_RIM = 0.1
-"""The same for free edges of a surface, where nothing else brings two points together."""
+a plate that is not meshed. On the rim of a surface nothing else brings two points together: all are cracks."""
 _SAME = 1e-6
 """Below this share of the edges, points are one point to every mesher, by rounding."""
 _MOST_LISTED = 100
@@ -48,7 +49,8 @@ def near_points(facts: Facts) -> Found | None:
             for facets in (place.first, place.second):
                 explained[_corners(hull, facets)] = True
     tree = box_tree(hull.x, hull.x)
-    pairs = (hull.x, hull.reach, hull.offsets, hull.nodes, *hull.around, tree.order, tree.boxes, tree.nodes, _NEAR)
+    most = _NEAR if unit is None else _NEAR_IN_UNITS
+    pairs = (hull.x, hull.reach, hull.offsets, hull.nodes, *hull.around, tree.order, tree.boxes, tree.nodes, most)
     first, second, distance = close_pairs(*pairs)
     open_ = ~(explained[first] & explained[second])
     first, second, distance = first[open_], second[open_], distance[open_]
@@ -56,7 +58,7 @@ def near_points(facts: Facts) -> Found | None:
         return None
     relative = distance / np.minimum(hull.reach[first], hull.reach[second])
     length = distance * hull.unit
-    crack = (relative > _SAME) & (relative <= (_CRACK_OF_RIM if hull.kind == "rim" else _CRACK))
+    crack = (relative > _SAME) & (relative <= (_NEAR if hull.kind == "rim" else _CRACK))
     if unit is not None:
         size = length * unit
         between = (size > CAD) & (size <= MESHER[1])
@@ -89,10 +91,13 @@ def _message(n: int, least: float, most: float, unit: float | None, *, cracked: 
             f"{pairs} of points without an edge between them lie {range_} apart: gaps that meshes go around, or cracks"
         )
     if unit is None:
-        return f"{pairs} of points lie {range_} apart, far below the edges around them: cracks; merge them within {most:.3g}"
+        return (
+            f"{pairs} of points lie {range_} apart, far below the edges around them: cracks through which parts come "
+            f"apart; merge them within {most:.3g}"
+        )
     return (
         f"{pairs} of points lie {range_} apart ({least * unit:.3g} to {most * unit:.3g} mm), above the {CAD:g} mm of "
-        f"CAD and within the {MESHER[1]:g} mm of mesh generators: cracks; merge them within {most * unit:.3g} mm"
+        f"CAD systems and within the {MESHER[1]:g} mm of mesh generators: cracks; merge within {most * unit:.3g} mm"
     )
 
 

@@ -14,8 +14,8 @@ __all__ = ["compare", "facing", "find_touches", "seeds"]
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-_FACING = 0.5
-"""Two facets face each other when their normals are within 60 degrees of opposite; edges of a rim, of parallel."""
+_FACING = 0.8
+"""Two facets face each other when their normals are within 37 degrees of opposite; edges of a rim, of parallel."""
 
 
 @inner

@@ -42,8 +42,8 @@ def hanging_nodes(facts: Facts) -> Found | None:
         )
     else:
         message = (
-            f"{counted(len(rows), 'hanging node')} of polygonal or polyhedral cells: corners without an angle, as where "
-            "smaller cells meet a larger one; polyhedral solvers take this, others need such cells split"
+            f"{counted(len(rows), 'hanging node')} of polygonal or polyhedral cells: corners without an angle, as "
+            "where smaller cells meet a larger one; polyhedral solvers take this, others need such cells split"
         )
     return Found(
         rows,

@@ -33,7 +33,7 @@ class Hull:
     kind: "face" of solid cells, "side" of a flat mesh, "rim" of a surface mesh (edges, both).
     rows (m,): of `connectivity.faces`.  offsets (m + 1,), nodes: of the facets, as numbers of hull points.
     points (k,): point rows, ascending.  x (k, 3): coordinates from the low corner of the hull, over `unit`, which is a
-    power of two that brings them to the size of 1.
+    power of two that brings them to the size of 1.  origin (3,): that corner.
     centre (m, 3): mean of the corners.  normal (m, 3): unit, outward as the cell turns it; 0 where there is no area,
     and on a rim.  area (m,): or length.  size (m,): shortest edge with a length.  reach (k,): shortest facet edge with
     a length at each point.
@@ -47,6 +47,7 @@ class Hull:
     points: Ints
     x: Floats
     unit: float
+    origin: Floats
     centre: Floats
     normal: Floats
     area: Floats
@@ -100,11 +101,12 @@ def mesh_hull(mesh: Mesh) -> Hull:
     place = np.cumsum(used, dtype=np.int32) - 1
     local = index_array(place[nodes])
     x, unit = _scaled(mesh.points[points])
+    origin = mesh.points[points].min(axis=0) if len(points) else np.zeros(3)
     kind = "face" if mesh.cell_dimension == 3 else "side" if mesh.dimension == 2 else "rim"
     m = len(rows)
     measured = np.zeros((m, 3)), np.zeros((m, 3)), np.zeros(m), np.zeros(m), np.full(len(points), np.inf)
     _measure(x, offsets, local, kind == "side", *measured)
-    return Hull(mesh, kind, index_array(rows), offsets, local, index_array(points), x, unit, *measured)
+    return Hull(mesh, kind, index_array(rows), offsets, local, index_array(points), x, unit, origin, *measured)
 
 
 def _scaled(points: Floats) -> tuple[Floats, float]:

@@ -16,14 +16,12 @@ from numpy.typing import NDArray
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.findings.hull import Hull, mesh_hull
 from meshwright.audit.findings.overlaps import find_overlaps
-from meshwright.audit.findings.touching import compare, find_touches, seeds
+from meshwright.audit.findings.shapes import cell_shapes
+from meshwright.audit.findings.touching import MOST, ROUNDING, TIGHT, compare, find_touches, seeds
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.sets import find_parts
 
 __all__ = ["LOOSE", "TIGHT", "Contact", "Contacts", "mesh_contacts"]
-
-TIGHT = 1e-3
-"""Facets of one part touch within this much of their shortest edge: closer than any wall that someone would mesh."""
 
 LOOSE = 0.1
 """Facets of two parts: sides of a curved interface, meshed apart, leave gaps of h**2 / 8 R, 0.04 h at 20 a turn."""
@@ -98,7 +96,7 @@ def _contacts(mesh: Mesh) -> Contacts:
     shape = hull.x, hull.offsets, hull.nodes
     tree = hull.tree
     ordered = tree.order, tree.boxes, tree.nodes
-    most = TIGHT if rim else LOOSE
+    most = MOST if rim else LOOSE
     touches = find_touches(
         hull.x,
         hull.reach,
@@ -125,26 +123,40 @@ def _contacts(mesh: Mesh) -> Contacts:
         *hull.around,
         hull.part,
         rim,
-        TIGHT,
     )
     if not chosen.any():
         return Contacts(hull, ())
     first, second, overlap, gap = find_overlaps(
         chosen, *shape, hull.centre, hull.normal, hull.area, hull.size, *ordered, rim, most, _LEAST
     )
+    first, second, overlap, gap = _between_cells(hull, first, second, overlap, gap)
     swap = hull.part[first] > hull.part[second]
     first, second = np.where(swap, second, first), np.where(swap, first, second)
     order = np.lexsort((second, first))
     first, second, overlap, gap = first[order], second[order], overlap[order], gap[order]
-    within = np.where((hull.part[first] == hull.part[second]) | rim, TIGHT, LOOSE)
+    size = np.minimum(hull.size[first], hull.size[second])
+    one = (hull.part[first] == hull.part[second]) | rim
+    within = np.where(one, np.minimum(MOST * size, np.maximum(TIGHT * size, ROUNDING)), LOOSE * size)
     same, sharing = np.zeros(len(first), dtype=bool), np.zeros(len(first), dtype=bool)
-    inside = compare(first, second, *shape, hull.centre, hull.size, within, same, sharing)
+    inside = compare(first, second, *shape, hull.centre, within, same, sharing)
     settled = np.zeros(len(hull), dtype=bool)
     settled[first[same]] = True
     settled[second[same]] = True
     keep = same | ~(settled[first] & settled[second])  # two facets that each have their own twin are only neighbours
     columns = (first[keep], second[keep], overlap[keep], gap[keep], same[keep])
     return Contacts(hull, _places(hull, columns, sharing[keep], inside))
+
+
+def _between_cells(
+    hull: Hull, first: Ints, second: Ints, overlap: Floats, gap: Floats
+) -> tuple[Ints, Ints, Floats, Floats]:
+    """Without the facets of one cell, folded flat, and those of cells of which one is inside out."""
+    a, b = hull.owner[first], hull.owner[second]
+    keep = a != b
+    if hull.kind != "rim":
+        negative = cell_shapes(hull.mesh).negative
+        keep &= negative[a] == negative[b]
+    return first[keep], second[keep], overlap[keep], gap[keep]
 
 
 def _places(

@@ -28,7 +28,7 @@ _NEAR = 0.12
 so that rounding decides nothing in meshes of round sizes."""
 _NEAR_IN_UNITS = 0.31
 """The same where lengths can be compared with the bands."""
-_CRACK = 0.012
+_CRACK = 0.0012
 """Pairs on the outside of a solid or flat mesh are a crack below this share; above, they may face each other across
 a plate that is not meshed. On the rim of a surface nothing else brings two points together: all are cracks."""
 _SAME = 1e-6

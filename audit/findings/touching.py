@@ -9,10 +9,17 @@ from meshwright.audit.findings.boxes import boxes_near
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["compare", "facing", "find_touches", "seeds"]
+__all__ = ["MOST", "ROUNDING", "TIGHT", "compare", "facing", "find_touches", "seeds"]
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
+
+TIGHT = 1e-4
+"""Facets of one part touch within this much of their shortest edge: closer than any wall that someone would mesh."""
+ROUNDING = 2e-7
+"""Or within this much of the whole hull: single precision is no better."""
+MOST = 1e-3
+"""But never beyond this much of their shortest edge."""
 
 _FACING = 0.8
 """Two facets face each other when their normals are within 37 degrees of opposite; edges of a rim, of parallel."""
@@ -162,13 +169,13 @@ def seeds(
     around: Ints,
     part: Ints,
     rim: bool,
-    tight: float,
 ) -> Bools:
-    """(m,) facets that touch: within `tight` times the local size, or, of two parts of a mesh, at all."""
+    """(m,) facets that touch: closely (see TIGHT), or, of two parts of a mesh, at all."""
     out = np.zeros(size.size, np.bool_)
     for t in range(points.size):
         p, g = points[t], facets[t]
-        close = distances[t] <= tight * min(size[g], reach[p])
+        local = min(size[g], reach[p])
+        close = distances[t] <= min(MOST * local, max(TIGHT * local, ROUNDING))
         for j in range(starts[p], starts[p + 1]):
             f = around[j]
             if (close or (part[f] != part[g] and not rim)) and facing(x, offsets, nodes, normal, rim, f, g):
@@ -185,21 +192,20 @@ def compare(
     offsets: Ints,
     nodes: Ints,
     centre: Floats,
-    size: Floats,
     within: Floats,
     same: Bools,
     sharing: Bools,
 ) -> tuple[Ints, Ints]:
     """(points, facets) of the corners of one facet of a pair that lie inside the other, not at its corners.
 
-    within (n,): how far apart the facets of a pair may be, over their size.  Filled: same (n,), all corners of both
+    within (n,): how far apart the facets of a pair may be.  Filled: same (n,), all corners of both
     in common or in one place; sharing (n,), some corner in common.
     """
     n = 0
     points, facets = np.empty(64, np.int32), np.empty(64, np.int32)
     for i in range(first.size):
         all_same = offsets[first[i] + 1] - offsets[first[i]] == offsets[second[i] + 1] - offsets[second[i]]
-        limit = within[i] * min(size[first[i]], size[second[i]])
+        limit = within[i]
         for turn in range(2):
             f, g = (first[i], second[i]) if turn == 0 else (second[i], first[i])
             for k in range(offsets[f], offsets[f + 1]):

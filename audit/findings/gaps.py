@@ -50,7 +50,18 @@ def near_points(facts: Facts) -> Found | None:
                 explained[_corners(hull, facets)] = True
     tree = box_tree(hull.x, hull.x)
     most = _NEAR if unit is None else _NEAR_IN_UNITS
-    pairs = (hull.x, hull.reach, hull.offsets, hull.nodes, *hull.around, tree.order, tree.boxes, tree.nodes, most)
+    pairs = (
+        hull.x,
+        hull.reach,
+        hull.outward,
+        hull.offsets,
+        hull.nodes,
+        *hull.around,
+        tree.order,
+        tree.boxes,
+        tree.nodes,
+        most,
+    )
     first, second, distance = close_pairs(*pairs)
     open_ = ~(explained[first] & explained[second])
     first, second, distance = first[open_], second[open_], distance[open_]

@@ -73,6 +73,12 @@ class Hull:
         return cell_components(self.mesh)[self.owner]
 
     @cached_property
+    def outward(self) -> Floats:
+        """(m, 3) `normal`, turned where the cells of a whole file are mirrored, by the sign of the volume inside."""
+        inside = float(np.einsum("ij,ij,i->", self.centre, self.normal, self.area))
+        return self.normal if inside >= 0.0 else -self.normal
+
+    @cached_property
     def around(self) -> tuple[Ints, Ints]:
         """(offsets (k + 1,), items): the facets around each hull point."""
         return invert(self.offsets, self.nodes, len(self.points))

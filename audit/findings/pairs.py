@@ -27,10 +27,21 @@ def _neighbours(offsets: Ints, nodes: Ints, starts: Ints, around: Ints, p: int, 
     return found
 
 
+@inner
+def _behind(x: Floats, normal: Floats, starts: Ints, around: Ints, p: int, q: int) -> bool:
+    """Whether q lies on the inner side of the surface around p: what is between them is meshed."""
+    out = 0.0
+    for i in range(starts[p], starts[p + 1]):
+        for d in range(3):
+            out += (x[q, d] - x[p, d]) * normal[around[i], d]
+    return out < 0.0
+
+
 @kernel
 def close_pairs(
     x: Floats,
     reach: Floats,
+    normal: Floats,
     offsets: Ints,
     nodes: Ints,
     starts: Ints,
@@ -42,7 +53,8 @@ def close_pairs(
 ) -> tuple[Ints, Ints, Floats]:
     """(p, q, distance), p < q: different places no further apart than `most` times the shortest edges at both.
 
-    Corners of one facet, and those one facet further on, are left out: where a surface folds sharply they are close.
+    Left out are points on two sides of what is meshed, by the normals (m, 3) of the facets, outward or 0; corners of
+    one facet; and corners one facet further on, which are close where a surface folds sharply.
     """
     n = 0
     first, second, distances = np.empty(64, np.int32), np.empty(64, np.int32), np.empty(64)
@@ -67,7 +79,11 @@ def close_pairs(
             # each pair once: from the end with the shorter edges, which cannot miss the other
             if reach[q] < reach[p] or (reach[q] == reach[p] and q < p):
                 continue
-            if not 0.0 < square <= margin * margin or _neighbours(offsets, nodes, starts, around, p, q):
+            if not 0.0 < square <= margin * margin:
+                continue
+            if _behind(x, normal, starts, around, p, q) or _behind(x, normal, starts, around, q, p):
+                continue
+            if _neighbours(offsets, nodes, starts, around, p, q):
                 continue
             if n == first.size:
                 first, second = np.append(first, first), np.append(second, second)

@@ -183,14 +183,24 @@ def _pair(hull: Hull, first: Side, second: Side, motion: Motion) -> Pair:
 
 
 def _refined(hull: Hull, motion: Motion, first: Side, second: Side, close: Ints, which: Ints) -> Motion:
-    """Least squares over the matched centres; in the plane, and where the points lie on a line, the guess stays."""
-    start, end = first.centre[close], second.centre[which[close]]
+    """Least squares over the matched centres, twice: the second time without those far off, which pull at the rest."""
+    start, end, weights = first.centre[close], second.centre[which[close]], first.area[close]
+    keep = np.ones(len(close), dtype=bool)
+    for _ in range(2):
+        motion = _fitted(hull, motion, start[keep], end[keep], weights[keep])
+        off = np.sqrt(((motion(start) - end) ** 2).sum(axis=1))
+        keep = off <= 3.0 * np.median(off)
+    return _fitted(hull, motion, start[keep], end[keep], weights[keep])
+
+
+def _fitted(hull: Hull, motion: Motion, start: Floats, end: Floats, weights: Floats) -> Motion:
+    """The best motion of the kind at hand; in the plane, and for points on a line, the rotation stays as guessed."""
+    if motion.is_translation:
+        return Motion(np.eye(3), np.median(end - start, axis=0))
     spread = np.linalg.svd(start - start.mean(axis=0), compute_uv=False)
     if hull.kind == "side" or not spread[1] > 1e-6 * spread[0]:
-        return Motion(motion.turn, end.mean(axis=0) - motion.turn @ start.mean(axis=0))
-    if motion.is_translation:
-        return Motion(np.eye(3), (end - start).mean(axis=0))
-    return best_fit(start, end, first.area[close])
+        return Motion(motion.turn, np.median(end - start @ motion.turn.T, axis=0))
+    return best_fit(start, end, weights)
 
 
 def _spans(motion: Motion, start: Floats, end: Floats) -> Floats:

@@ -34,7 +34,8 @@ class Shells:
 
     shell (n_cells,): number of the piece of each cell.  cells, free, crowded, turned (s,): its cells, edges of one
     cell, edges of more than two, edges that both cells traverse the same way.  area (s,).  volume (s,): enclosed,
-    positive where normals look outward; nan unless closed, manifold and consistent.  low, high (s, 3).
+    positive where normals look outward; nan unless closed, manifold and consistent.  sense (s,): its sign, which
+    is there where the volume itself is too small for a float; 0 where nan.  low, high (s, 3).
     inside (s,): the smallest other watertight piece that a watertight one lies in, -1 for none.  depth (s,): in how
     many.
     """
@@ -46,6 +47,7 @@ class Shells:
     turned: Ints
     area: Floats
     volume: Floats
+    sense: Floats
     low: Floats
     high: Floats
     inside: Ints
@@ -128,11 +130,15 @@ def _shells(mesh: Mesh) -> Shells:
     low, high = np.full((n, 3), np.inf), np.full((n, 3), -np.inf)
     _measure(mesh.points, offsets, nodes, corners, shell, scale, area, volume, low, high)
     whole = (free == 0) & (crowded == 0)
+    turn = np.sign(volume)
     with np.errstate(over="ignore"):
         area, volume = area / scale / scale, volume / scale / scale / scale
     volume[~whole | (turned > 0)] = np.nan
+    turn[~whole | (turned > 0)] = 0
     inside, depth = nesting(mesh.points, offsets, nodes, corners, shell, whole, low, high)
-    return Shells(shell, np.bincount(shell, minlength=n), free, crowded, turned, area, volume, low, high, inside, depth)
+    return Shells(
+        shell, np.bincount(shell, minlength=n), free, crowded, turned, area, volume, turn, low, high, inside, depth
+    )
 
 
 def _scale(mesh: Mesh) -> float:

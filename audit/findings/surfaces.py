@@ -106,7 +106,7 @@ def inside_out_shell(facts: Facts) -> Found | None:
     """Cells of watertight shells, not inside another one, whose normals look inward."""
     mesh = facts.mesh
     shells = mesh_shells(mesh)
-    wrong = (shells.volume < 0.0) & (shells.depth == 0)
+    wrong = (shells.sense < 0.0) & (shells.depth == 0)
     if not wrong.any():
         return None
     rows = np.flatnonzero(wrong[shells.shell])

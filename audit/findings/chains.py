@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,9 @@ from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints, Mesh, index_array
 from meshwright.audit.places import plain
 
-__all__ = ["Chain", "chains_of", "described"]
+__all__ = ["Chains", "chains_of"]
+
+Floats = NDArray[np.float64]
 
 MOST_CHAINS = 50
 """Chains that are described, longest first."""
@@ -20,42 +23,86 @@ MOST_CORNERS = 200
 """Corners of a chain that are listed."""
 
 
-class Chain:
-    """One chain: its edges by their place in the list given, its corners as point rows, whether it closes.
+@dataclass(frozen=True, eq=False)
+class Chains:
+    """k chains, longest first.
 
-    A closed chain names its first corner once.
+    edges (k,): how many.  first (k,): an edge of each, by its place in the list given.  closed (k,).  length, extent
+    (k,): of the chain, and of its bounding box from corner to corner.  offsets (k + 1,), corners: point rows in order;
+    a closed chain names its first corner again at its end.
     """
 
-    def __init__(self, edges: Ints, corners: Ints, points: NDArray[np.float64]) -> None:
-        self.edges = edges
-        self.closed = len(corners) > 1 and bool(corners[0] == corners[-1])
-        self.corners = corners[:-1] if self.closed else corners
-        place = points[corners]
+    mesh: Mesh
+    edges: Ints
+    first: Ints
+    closed: NDArray[np.bool_]
+    length: Floats
+    extent: Floats
+    offsets: Ints
+    corners: Ints
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    def described(self) -> list[dict[str, Any]]:
+        """The longest chains as figures."""
+        return [self._described(k) for k in range(min(len(self), MOST_CHAINS))]
+
+    def _described(self, k: int) -> dict[str, Any]:
+        mesh = self.mesh
+        corners = self.corners[self.offsets[k] : self.offsets[k + 1] - int(self.closed[k])]
+        places = mesh.points[corners]
+        listed = corners[:MOST_CORNERS]
+        ids = listed if mesh.point_ids is None else mesh.point_ids[listed]
         with np.errstate(over="ignore", invalid="ignore"):
-            self.length = float(np.sqrt(((place[1:] - place[:-1]) ** 2).sum(axis=1)).sum())
-            self.low, self.high = place.min(axis=0), place.max(axis=0)
-            self.centre = points[self.corners].mean(axis=0)
-            self.extent = float(np.sqrt(((self.high - self.low) ** 2).sum()))
+            centre = places.mean(axis=0)
+        return {
+            "edges": int(self.edges[k]),
+            "closed": bool(self.closed[k]),
+            "length": plain(float(self.length[k])),
+            "centre": [plain(x) for x in centre],
+            "low": [plain(x) for x in places.min(axis=0)],
+            "high": [plain(x) for x in places.max(axis=0)],
+            "points": ids.tolist(),
+            "coordinates": [[plain(x) for x in place] for place in places[:MOST_CORNERS]],
+        }
 
 
-def chains_of(mesh: Mesh, ends: Ints) -> list[Chain]:
-    """Chains of these edges (m, 2), point rows, each once, longest first.
+def chains_of(mesh: Mesh, ends: Ints) -> Chains:
+    """Chains of these edges (m, 2), point rows, each once.
 
     Where other than two edges meet at a point, chains end there; a chain that comes back to where it began is closed.
     """
-    if not len(ends):
-        return []
     points, local = np.unique(ends, return_inverse=True)
     local = index_array(local.reshape(-1, 2))
     starts, around = invert(index_array(np.arange(0, 2 * len(ends) + 1, 2)), index_array(local.ravel()), len(points))
-    order, stops, corners = _string(local, starts, around)
-    chains = []
-    for k in range(len(stops) - 1):
-        rows = slice(stops[k], stops[k + 1])
-        corner = corners[stops[k] + k : stops[k + 1] + k + 1]
-        chains.append(Chain(order[rows], points[corner], mesh.points))
-    chains.sort(key=lambda chain: (-chain.length if chain.length == chain.length else 0.0, int(chain.corners.min())))
-    return chains
+    order, stops, strung = _string(local, starts, around)
+    k = len(stops) - 1
+    edges = np.diff(stops)
+    offsets = stops + np.arange(k + 1)
+    corners = points[strung[: offsets[-1]]]
+    closed = corners[offsets[:-1]] == corners[offsets[1:] - 1]
+    place = mesh.points[corners]
+    low, high = np.empty((0, 3)), np.empty((0, 3))
+    length = np.zeros(k)
+    if k:
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = np.sqrt(((place[1:] - place[:-1]) ** 2).sum(axis=1))
+            inside = np.ones(len(step), dtype=bool)
+            inside[offsets[1:-1] - 1] = False  # from the end of a chain to the start of the next
+            length = np.add.reduceat(step[inside], stops[:-1])
+            low, high = np.minimum.reduceat(place, offsets[:-1]), np.maximum.reduceat(place, offsets[:-1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = np.sqrt(((high - low) ** 2).sum(axis=1))
+    least = np.minimum.reduceat(corners, offsets[:-1]) if k else np.empty(0, np.int64)
+    # by length, a length that is no number first, then by the lowest point
+    rank = np.lexsort((least, -np.where(np.isnan(length), np.inf, length)))
+    sizes = edges[rank] + 1
+    to = np.concatenate([[0], np.cumsum(sizes)])
+    picked = np.repeat(offsets[:-1][rank] - to[:-1], sizes) + np.arange(to[-1])
+    return Chains(
+        mesh, edges[rank], order[stops[:-1][rank]], closed[rank], length[rank], extent[rank], to, corners[picked]
+    )
 
 
 @kernel
@@ -89,23 +136,3 @@ def _string(ends: Ints, starts: Ints, around: Ints) -> tuple[Ints, Ints, Ints]:
                 chains += 1
                 stops[chains] = n
     return order, stops[: chains + 1], corners
-
-
-def described(mesh: Mesh, chains: list[Chain]) -> list[dict[str, Any]]:
-    """The longest chains as figures."""
-    return [_described(mesh, chain) for chain in chains[:MOST_CHAINS]]
-
-
-def _described(mesh: Mesh, chain: Chain) -> dict[str, Any]:
-    listed = chain.corners[:MOST_CORNERS]
-    ids = listed if mesh.point_ids is None else mesh.point_ids[listed]
-    return {
-        "edges": len(chain.edges),
-        "closed": chain.closed,
-        "length": plain(chain.length),
-        "centre": [plain(x) for x in chain.centre],
-        "low": [plain(x) for x in chain.low],
-        "high": [plain(x) for x in chain.high],
-        "points": ids.tolist(),
-        "coordinates": [[plain(x) for x in mesh.points[p]] for p in listed],
-    }

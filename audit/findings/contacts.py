@@ -8,7 +8,7 @@ one side lie inside edges or faces of the other: refinement. "nonconformal": the
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from meshwright.audit.findings.touching import MOST, ROUNDING, TIGHT, compare, f
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.sets import find_parts
 
-__all__ = ["LOOSE", "TIGHT", "Contact", "Contacts", "mesh_contacts"]
+__all__ = ["KINDS", "LOOSE", "TIGHT", "Contact", "Contacts", "mesh_contacts"]
 
 LOOSE = 0.1
 """Facets of two parts: sides of a curved interface, meshed apart, leave gaps of h**2 / 8 R, 0.04 h at 20 a turn."""
@@ -32,24 +32,27 @@ _LEAST = 1e-3
 Floats = NDArray[np.float64]
 
 
+def _no_rows() -> Ints:
+    return np.empty(0, np.int64)
+
+
+KINDS = ("cut", "unmerged", "hanging", "nonconformal")
+
+
 @dataclass(frozen=True, eq=False)
 class Contact:
     """One connected place of contact.
 
-    kind: see above.  parts: of the mesh, on the two sides.  first, second: facets of the hull, pair by pair; first
-    belongs to parts[0].  overlap, gap: of each pair, in units of the hull.  matched: whether the pair agrees corner
-    for corner.  points, facets: hull points inside an edge or face of a facet that is not theirs.
+    parts: of the mesh, on the two sides.  first, second: facets of the hull, pair by pair; first belongs to parts[0].
+    overlap, gap: of each pair, in units of the hull.  matched: whether the pair agrees corner for corner.
     """
 
-    kind: str
     parts: tuple[int, int]
     first: Ints
     second: Ints
     overlap: Floats
     gap: Floats
     matched: NDArray[np.bool_]
-    points: Ints
-    facets: Ints
 
     @property
     def all_facets(self) -> Ints:
@@ -59,23 +62,53 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """All places of contact, largest first."""
+    """All contacts of a hull.
+
+    first, second, overlap, gap, matched (n,): of every pair of facets, as in `Contact`.  order (n,), stops (k + 1,):
+    the pairs of each place, places with most pairs first.  kinds (k,): of the places, indices into `KINDS`.
+    inside: (points, facets): hull points inside an edge or face of a facet that is not theirs.
+    """
 
     hull: Hull
-    places: tuple[Contact, ...]
+    first: Ints = field(default_factory=_no_rows)
+    second: Ints = field(default_factory=_no_rows)
+    overlap: Floats = field(default_factory=lambda: np.empty(0))
+    gap: Floats = field(default_factory=lambda: np.empty(0))
+    matched: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
+    order: Ints = field(default_factory=_no_rows)
+    stops: Ints = field(default_factory=lambda: np.zeros(1, np.int64))
+    kinds: Ints = field(default_factory=_no_rows)
+    inside: tuple[Ints, Ints] = field(default_factory=lambda: (_no_rows(), _no_rows()))
 
-    def of(self, kind: str) -> tuple[Contact, ...]:
-        """The places of one kind."""
-        return tuple(place for place in self.places if place.kind == kind)
+    def count(self, kind: str) -> int:
+        """How many places there are of a kind."""
+        return int(np.count_nonzero(self.kinds == KINDS.index(kind)))
+
+    def of(self, kind: str, most: int | None = None) -> list[Contact]:
+        """The places of one kind, largest first, no more than `most`."""
+        return [self._place(k) for k in np.flatnonzero(self.kinds == KINDS.index(kind))[:most].tolist()]
+
+    def _place(self, k: int) -> Contact:
+        rows = self.order[self.stops[k] : self.stops[k + 1]]
+        part = self.hull.part
+        parts = int(part[self.first[rows[0]]]), int(part[self.second[rows[0]]])
+        columns = (self.first, self.second, self.overlap, self.gap, self.matched)
+        return Contact(parts, *(column[rows] for column in columns))
 
     def facets(self, *kinds: str) -> NDArray[np.bool_]:
         """(m,) facets of the hull in a place of one of these kinds."""
         mask = np.zeros(len(self.hull), dtype=bool)
-        for place in self.places:
-            if place.kind in kinds:
-                mask[place.first] = True
-                mask[place.second] = True
+        wanted = np.isin(self.kinds, [KINDS.index(kind) for kind in kinds])
+        rows = self.order[np.repeat(wanted, np.diff(self.stops))]
+        mask[self.first[rows]] = True
+        mask[self.second[rows]] = True
         return mask
+
+    @property
+    def hanging_points(self) -> Ints:
+        """Hull points that hang on a facet, ascending."""
+        points, facets = self.inside
+        return np.unique(points[self.facets("hanging")[facets]])
 
 
 _one_at_a_time = threading.Lock()
@@ -91,7 +124,7 @@ def mesh_contacts(mesh: Mesh) -> Contacts:
 def _contacts(mesh: Mesh) -> Contacts:
     hull = mesh_hull(mesh)
     if not len(hull):
-        return Contacts(hull, ())
+        return Contacts(hull)
     rim = hull.kind == "rim"
     shape = hull.x, hull.offsets, hull.nodes
     tree = hull.tree
@@ -100,6 +133,7 @@ def _contacts(mesh: Mesh) -> Contacts:
     touches = find_touches(
         hull.x,
         hull.reach,
+        hull.point_tree.order,
         hull.offsets,
         hull.nodes,
         hull.centre,
@@ -111,7 +145,7 @@ def _contacts(mesh: Mesh) -> Contacts:
         most,
     )
     if not len(touches[0]):
-        return Contacts(hull, ())
+        return Contacts(hull)
     chosen = seeds(
         *touches,
         hull.x,
@@ -125,7 +159,7 @@ def _contacts(mesh: Mesh) -> Contacts:
         rim,
     )
     if not chosen.any():
-        return Contacts(hull, ())
+        return Contacts(hull)
     first, second, overlap, gap = find_overlaps(
         chosen, *shape, hull.centre, hull.normal, hull.area, hull.size, *ordered, rim, most, _LEAST
     )
@@ -144,7 +178,7 @@ def _contacts(mesh: Mesh) -> Contacts:
     settled[second[same]] = True
     keep = same | ~(settled[first] & settled[second])  # two facets that each have their own twin are only neighbours
     columns = (first[keep], second[keep], overlap[keep], gap[keep], same[keep])
-    return Contacts(hull, _places(hull, columns, sharing[keep], inside))
+    return Contacts(hull, *columns, *_places(hull, columns, sharing[keep]), inside)
 
 
 def _between_cells(
@@ -160,66 +194,43 @@ def _between_cells(
 
 
 def _places(
-    hull: Hull,
-    columns: tuple[Ints, Ints, Floats, Floats, NDArray[np.bool_]],
-    sharing: NDArray[np.bool_],
-    inside: tuple[Ints, Ints],
-) -> tuple[Contact, ...]:
-    """The pairs by connected place: joined by a facet or a corner, between the same two parts."""
+    hull: Hull, columns: tuple[Ints, Ints, Floats, Floats, NDArray[np.bool_]], sharing: NDArray[np.bool_]
+) -> tuple[Ints, Ints, Ints]:
+    """(order, stops, kinds) of `Contacts`: pairs joined by a facet or a corner, between the same two parts."""
     first, second, _, _, same = columns
-    n = len(first)
-    if not n:
-        return ()
-    parts = np.stack([hull.part[first], hull.part[second]], axis=1)
-    key = np.unique(parts, axis=0, return_inverse=True)[1].ravel()
+    if not len(first):
+        return _no_rows(), np.zeros(1, np.int64), _no_rows()
+    a, b = hull.part[first].astype(np.int64), hull.part[second].astype(np.int64)
+    key = np.unique(a * (int(b.max()) + 1) + b, return_inverse=True)[1]
     place = _joined(hull, first, second, key)
-    count = int(place.max()) + 1
-    order = np.argsort(place, kind="stable")
-    stops = np.searchsorted(place[order], np.arange(count + 1))
-    unmatched = np.bincount(place[~same], minlength=count)
-    shared = np.bincount(place[sharing], minlength=count)
-    points, facets = inside
-    in_place = np.full(len(hull), -1)
-    found = []
-    for k in range(count):
-        rows = order[stops[k] : stops[k + 1]]
-        one = parts[rows[0], 0] == parts[rows[0], 1]
-        kind = _kind(matched=not unmatched[k], shared=bool(shared[k]), one=bool(one))
-        hung = np.empty(0, np.int64)
-        if len(points) and unmatched[k]:
-            in_place[first[rows]] = in_place[second[rows]] = k
-            hung = np.flatnonzero(in_place[facets] == k)
-        found.append(
-            Contact(
-                kind,
-                (int(parts[rows[0], 0]), int(parts[rows[0], 1])),
-                *(column[rows] for column in columns),
-                points[hung],
-                facets[hung],
-            )
-        )
-    found.sort(key=lambda contact: -len(contact.first))
-    return tuple(found)
-
-
-def _kind(*, matched: bool, shared: bool, one: bool) -> str:
-    if matched:
-        return "cut" if one else "unmerged"
-    return "hanging" if shared else "nonconformal"
+    sizes = np.bincount(place)
+    matched = np.bincount(place, weights=same) == sizes
+    shared = np.bincount(place[sharing], minlength=len(sizes)) > 0
+    one = np.zeros(len(sizes), dtype=bool)
+    one[place] = a == b
+    kinds = np.where(
+        matched,
+        np.where(one, KINDS.index("cut"), KINDS.index("unmerged")),
+        np.where(shared, KINDS.index("hanging"), KINDS.index("nonconformal")),
+    )
+    rank = np.argsort(-sizes, kind="stable")
+    new = np.empty(len(sizes), np.int64)
+    new[rank] = np.arange(len(sizes))
+    order = np.argsort(new[place], kind="stable")
+    return order, np.concatenate([[0], np.cumsum(sizes[rank])]), kinds[rank]
 
 
 def _joined(hull: Hull, first: Ints, second: Ints, key: Ints) -> Ints:
-    """(n,) number of the place of each pair."""
+    """(n,) number of the place of each pair: those that have a corner in common, between the same parts, are one."""
     n = len(first)
-    pairs, tokens = [], []
+    pairs, corners = [], []
     for side in (first, second):
         sizes = np.diff(hull.offsets)[side]
         starts = np.cumsum(sizes) - sizes
         pair = np.repeat(np.arange(n), sizes)
-        corner = hull.nodes[np.repeat(hull.offsets[side] - starts, sizes) + np.arange(len(pair))]
-        pairs += [np.arange(n), pair]
-        tokens += [side.astype(np.int64), len(hull) + corner.astype(np.int64)]
-    pair, token = np.concatenate(pairs), np.concatenate(tokens)
-    token += key[pair] * (len(hull) + len(hull.points))
+        pairs.append(pair)
+        corners.append(hull.nodes[np.repeat(hull.offsets[side] - starts, sizes) + np.arange(len(pair))])
+    pair = np.concatenate(pairs)
+    token = np.concatenate(corners) + key[pair] * len(hull.points)
     _, lead, group = np.unique(token, return_index=True, return_inverse=True)
     return find_parts(pair.astype(np.int32), pair[lead][group].astype(np.int32), n)

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.boxes import box_tree
 from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
@@ -44,11 +43,8 @@ def near_points(facts: Facts) -> Found | None:
     if len(hull.points) < 2:
         return None
     explained = np.zeros(len(hull.points), dtype=bool)
-    for place in contacts.places:
-        if place.kind != "unmerged":
-            for facets in (place.first, place.second):
-                explained[_corners(hull, facets)] = True
-    tree = box_tree(hull.x, hull.x)
+    explained[_corners(hull, np.flatnonzero(contacts.facets("cut", "hanging", "nonconformal")))] = True
+    tree = hull.point_tree
     most = _NEAR if unit is None else _NEAR_IN_UNITS
     pairs = (
         hull.x,

@@ -6,7 +6,7 @@ import numpy as np
 
 from meshwright.audit.connectivity import faces
 from meshwright.audit.connectivity import overused_faces as overused_faces_of
-from meshwright.audit.findings.chains import chains_of, described
+from meshwright.audit.findings.chains import chains_of
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.shells import mesh_shells
@@ -90,7 +90,7 @@ def nonmanifold_edges(facts: Facts) -> Found | None:
         rows,
         f"{counted(len(rows), 'edge')} shared by more than two surface cells: fine where plates meet in a structure, "
         "an error in a surface that is to enclose a volume",
-        detail={"chains": described(facts.mesh, chains), "cells_at_edge": _cells_at(facts, rows)},
+        detail={"chains": chains.described(), "cells_at_edge": _cells_at(facts, rows)},
     )
 
 

@@ -25,9 +25,7 @@ def hanging_nodes(facts: Facts) -> Found | None:
     contacts = mesh_contacts(mesh)
     places = contacts.of("hanging")
     hull = contacts.hull
-    points = hull.points[
-        np.unique(np.concatenate([np.empty(0, np.int64), *(p.points for p in places)]).astype(np.int64))
-    ]
+    points = hull.points[contacts.hanging_points]
     straight, cells = _straight(facts)
     rows = np.union1d(points, straight)
     if not len(rows):
@@ -84,7 +82,7 @@ def _straight(facts: Facts) -> tuple[Ints, Ints]:
     return np.unique(point), cell
 
 
-def _families(hull: Hull, places: tuple[Contact, ...]) -> tuple[list[dict[str, Any]], list[tuple[int, int]]]:
+def _families(hull: Hull, places: list[Contact]) -> tuple[list[dict[str, Any]], list[tuple[int, int]]]:
     """(table of the large cells with the small ones on them, [(level difference, how many small cells)])."""
     if not places:
         return [], []

@@ -88,6 +88,11 @@ class Hull:
         """Boxes of the facets."""
         return box_tree(*_boxes(self.x, self.offsets, self.nodes))
 
+    @cached_property
+    def point_tree(self) -> Tree:
+        """The points themselves."""
+        return box_tree(self.x, self.x)
+
 
 @once_per_mesh
 def mesh_hull(mesh: Mesh) -> Hull:

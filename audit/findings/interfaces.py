@@ -88,33 +88,35 @@ def _lonely(facts: Facts) -> Found | None:
 def unmerged_interface(facts: Facts) -> Found | None:
     """Facets of two parts that match corner for corner and are not merged."""
     contacts = mesh_contacts(facts.mesh)
-    places = contacts.of("unmerged")
+    places = contacts.of("unmerged", _MOST_LISTED)
+    count = contacts.count("unmerged")
     if not places:
         return None
     hull = contacts.hull
     membership = Membership(facts.mesh)
     facets = np.flatnonzero(contacts.facets("unmerged"))
-    listed = [_figures(hull, membership, place) for place in places[:_MOST_LISTED]]
+    listed = [_figures(hull, membership, place) for place in places]
     return Found(
         hull.rows[facets],
-        f"{counted(len(places), 'interface')} of {counted(len(facets), *hull.words)} where two parts match corner for "
+        f"{counted(count, 'interface')} of {counted(len(facets), *hull.words)} where two parts match corner for "
         f"corner but share no points ({_first(listed[0])}): merge the points, unless the parts are to stay apart",
         entity=_entity(hull),
-        detail={"interfaces": listed, "count": len(places)},
+        detail={"interfaces": listed, "count": count},
     )
 
 
 def branch_cut(facts: Facts) -> Found | None:
     """Facets of one part that match corner for corner and are not merged."""
     contacts = mesh_contacts(facts.mesh)
-    places = contacts.of("cut")
+    places = contacts.of("cut", _MOST_LISTED)
+    count = contacts.count("cut")
     if not places:
         return None
     hull = contacts.hull
     membership = Membership(facts.mesh)
     facets = np.flatnonzero(contacts.facets("cut"))
     listed: list[dict[str, Any]] = []
-    for place in places[:_MOST_LISTED]:
+    for place in places:
         rings = closing_rings(facts.mesh, hull.rows[place.first], hull.rows[place.second])
         pairs = _shared_points(hull, place)
         listed.append(_figures(hull, membership, place) | {"points_in_common": pairs, **rings})
@@ -125,10 +127,10 @@ def branch_cut(facts: Facts) -> Found | None:
         kind = "the cut of a C-grid, or a slit: no index line across it closes"
     return Found(
         hull.rows[facets],
-        f"{counted(len(facets), *hull.words)} on {counted(len(places), 'branch cut')}, where one part meets itself "
+        f"{counted(len(facets), *hull.words)} on {counted(count, 'branch cut')}, where one part meets itself "
         f"without sharing its points ({kind}): merge the points, unless the solver wants the cut or the slit is meant",
         entity=_entity(hull),
-        detail={"cuts": listed, "count": len(places)},
+        detail={"cuts": listed, "count": count},
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from meshwright.audit.connectivity import faces, overused_faces
-from meshwright.audit.findings.chains import Chain, chains_of, described
+from meshwright.audit.findings.chains import chains_of
 from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
@@ -30,7 +30,7 @@ def open_edges(facts: Facts) -> Found | None:
     if not len(rows):
         return None
     chains = chains_of(mesh, _ends(mesh, rows))
-    loops = sum(chain.closed for chain in chains)
+    loops = int(np.count_nonzero(chains.closed))
     on_others = int(np.isin(rows, contacts.hull.rows[contacts.facets("unmerged")]).sum())
     message = f"{counted(len(rows), 'edge')} of one surface cell only, in {_loops(loops, len(chains) - loops)}"
     if on_others:
@@ -39,7 +39,7 @@ def open_edges(facts: Facts) -> Found | None:
         "closed_chains": loops,
         "open_chains": len(chains) - loops,
         "edges_on_another": on_others,
-        "chains": described(mesh, chains),
+        "chains": chains.described(),
     }
     return Found(
         rows,
@@ -93,12 +93,11 @@ def _gaps(mesh: Mesh, shells: Shells, free: Ints) -> int:
         return 0
     with np.errstate(over="ignore", invalid="ignore"):
         size = np.sqrt(((shells.high - shells.low) ** 2).sum(axis=1))
-    owner = faces(mesh).owner
+    chains = chains_of(mesh, _ends(mesh, free))
     largest = np.zeros(len(size))
-    chains: list[Chain] = chains_of(mesh, _ends(mesh, free))
-    for chain in chains:
-        shell = shells.shell[owner[free[chain.edges[0]]]]
-        largest[shell] = max(largest[shell], chain.extent if chain.closed else np.inf)
+    shell = shells.shell[faces(mesh).owner[free[chains.first]]]
+    extent = np.where(chains.closed & ~np.isnan(chains.extent), chains.extent, np.inf)
+    np.maximum.at(largest, shell, extent)
     return int(np.count_nonzero((shells.free > 0) & (largest < _SMALL_HOLE * size)))
 
 

@@ -103,6 +103,7 @@ def _distance(x: Floats, offsets: Ints, nodes: Ints, centre: Floats, p: int, g: 
 def find_touches(
     x: Floats,
     reach: Floats,
+    visit: Ints,
     offsets: Ints,
     nodes: Ints,
     centre: Floats,
@@ -116,12 +117,15 @@ def find_touches(
     rim: bool,
     most: float,
 ) -> tuple[Ints, Ints, Floats]:
-    """(points, facets, distances): points within `most` times the local size of a facet that faces one of theirs."""
+    """(points, facets, distances): points within `most` times the local size of a facet that faces one of theirs.
+
+    visit: the points in an order in which neighbours come one after the other.
+    """
     n = 0
     points, facets, distances = np.empty(64, np.int32), np.empty(64, np.int32), np.empty(64)
     near = np.empty(256, np.int32)
     box = np.empty(6)
-    for p in range(reach.size):
+    for p in visit:
         if not reach[p] < np.inf:
             continue
         margin = most * reach[p]

@@ -14,10 +14,12 @@ from meshwright.audit.findings import (
     features,
     gaps,
     handedness,
+    hanging,
     interfaces,
     inversion,
     kinds,
     layers,
+    periodic,
     points,
     sizes,
     surfaces,
@@ -35,7 +37,7 @@ from meshwright.audit.parallel import in_parallel
 __all__ = ["CHECKS", "Check", "Finding", "Options", "census", "face_handedness", "run_checks"]
 
 _FAMILIES = (
-    *(points, degenerate, inversion, handedness, curved, surfaces, gaps, interfaces),
+    *(points, degenerate, inversion, handedness, curved, surfaces, gaps, interfaces, hanging, periodic),
     *(kinds, zones, blocks, features, sizes, layers, delaunay, walls),
 )
 

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from meshwright.audit.connectivity import faces
+from meshwright.audit.connectivity import overused_faces as overused_faces_of
+from meshwright.audit.findings.chains import chains_of
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
+from meshwright.audit.findings.shells import mesh_shells
 from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides, inconsistent_edges, left_handed_cells
-from meshwright.audit.mesh import NO_CELL
+from meshwright.audit.mesh import NO_CELL, Ints
 
 __all__ = ["ROWS"]
 
@@ -46,6 +50,7 @@ def inconsistent_orientation(facts: Facts) -> Found | None:
         rows,
         f"{counted(len(rows), 'edge')} between surface cells whose normals disagree: pressure and inside/outside flip "
         "there; orient the surface so that neighbours traverse their edge in opposite directions",
+        detail=mesh_shells(facts.mesh).table(facts.mesh),
     )
 
 
@@ -80,11 +85,28 @@ def nonmanifold_edges(facts: Facts) -> Found | None:
     rows = facts.crowded_faces
     if not len(rows):
         return None
+    chains = chains_of(facts.mesh, faces(facts.mesh).nodes.reshape(-1, 2)[rows])
     return Found(
         rows,
         f"{counted(len(rows), 'edge')} shared by more than two surface cells: fine where plates meet in a structure, "
         "an error in a surface that is to enclose a volume",
+        detail={"chains": chains.described(), "cells_at_edge": _cells_at(facts, rows)},
     )
+
+
+def _cells_at(facts: Facts, rows: Ints) -> dict[str, int]:
+    """How many edges have three cells, four, and so on."""
+    found = faces(facts.mesh)
+    ends = np.sort(found.nodes.reshape(-1, 2), axis=1).astype(np.int64)
+    key = ends[:, 0] * len(facts.mesh.points) + ends[:, 1]
+    every = overused_faces_of(facts.mesh)
+    sides = 1 + (found.neighbour[every] != NO_CELL)
+    wanted = np.sort(key[rows])
+    place = np.minimum(np.searchsorted(wanted, key[every]), len(wanted) - 1)
+    mine = wanted[place] == key[every]
+    cells = np.bincount(place[mine], weights=sides[mine], minlength=len(wanted)).astype(int)
+    numbers, edges = np.unique(cells, return_counts=True)
+    return {str(n): int(k) for n, k in zip(numbers, edges, strict=True)}
 
 
 ROWS = (

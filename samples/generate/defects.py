@@ -97,6 +97,7 @@ def _hanging() -> Sample:
         "defects/hanging-node.msh",
         "one square beside four of half its size: the middle of their common side is a corner for two of the five",
         dataclasses.replace(joined(coarse, fine), boundary=()),
+        findings={"hanging-nodes": 1},
         values={"gambit.equiangle_skew": {"quad": [0.0] * 5}},
     )
 
@@ -111,7 +112,7 @@ def _nonconformal() -> Sample:
         "defects/nonconformal.msh",
         "a block of 4 x 4 against one of 6 x 6, one layer thick: no face in common, 6 points in one place",
         dataclasses.replace(thick, boundary=()),
-        findings={"duplicate-points": 6},
+        findings={"duplicate-points": 6, "nonconformal-interface": 10},
         values={"gambit.equiangle_skew": {"hex": {"max": 0.0}}},
     )
 

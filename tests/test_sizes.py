@@ -164,7 +164,7 @@ def test_a_curve_of_length_ten_at_size_three_is_expected_to_have_three_edges():
         # straight ends of length 1, the inner arc, the outer one of 10 + pi / 2; chords are shorter than arcs
         assert [edges for _, edges, _ in chords] == [1, 1, n, n]
         assert chords[2][0] == pytest.approx(2 * n * radius * math.sin(math.pi / 4 / n))
-        assert [wanted for *_, wanted in chords] == ([1, 1, 3, 3] if n == 40 else [1, 1, 3, 3])
+        assert [wanted for *_, wanted in chords] == [1, 1, 3, 3]
         finding = found(ring, "curve-count", feature_angle=40.0, sizes=(SizeRegion("all", 3.0),))
         assert (finding is None) == (n == 3)
 

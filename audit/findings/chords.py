@@ -20,6 +20,7 @@ from meshwright.audit.findings.features import features_of, inner_surface
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.node_classes import Features, features
+from meshwright.audit.places import plain
 
 __all__ = ["ROWS", "curvatures"]
 
@@ -130,9 +131,9 @@ def chordal_deviation(facts: Facts) -> Found | None:
     detail: dict[str, Any] = {
         "surface": "circles through neighbouring points of the mesh",
         "edges": len(curved),
-        "max_deviation": float(deviation[worst]),
-        "mean_deviation": float(deviation.mean()),
-        "max_deviation_over_length": float((deviation / length).max()),
+        "max_deviation": plain(float(deviation[worst])),
+        "mean_deviation": plain(float(deviation.mean())),
+        "max_deviation_over_length": plain(float((deviation / length).max())),
         "max_angle": float(angle.max()),
         "mean_angle": float(angle.mean()),
         "angle_classes": list(_CLASSES),

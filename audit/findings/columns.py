@@ -57,7 +57,8 @@ def wall_columns(mesh: Mesh) -> tuple[Columns, ...]:
     triangle, a polyhedron with a face of as many corners opposite and one side face a corner; a quadrilateral in 2-D.
     Its height is the distance between the means of the corners of the two faces, its width the side of a square (an
     equilateral triangle) of the area of the face, in 2-D the length of the edge. A column ends before the first cell
-    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell.
+    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell, the middle
+    one of several.
     """
     zones = wall_zones(mesh)
     if not zones or (mesh.dimension == 3 and mesh.cell_dimension == 2):
@@ -208,11 +209,12 @@ def _walk(
             if onward < 0 or walls[g] or onward == first[k]:
                 why = BOUNDARY
                 if walls[g]:  # the layers of the other wall begin beyond the highest cell
-                    top = 0
-                    for i in range(1, n):
-                        if height[i] > height[top]:
-                            top = i
-                    n = top + 1
+                    low = high = -1
+                    most = height[:n].max() * (1.0 - 1e-6)
+                    for i in range(n):
+                        if height[i] >= most:
+                            low, high = i if low < 0 else low, i
+                    n = (low + high) // 2 + 1
                 break
             f, c = g, onward
         layers[k], reason[k] = n, why

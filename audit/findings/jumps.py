@@ -120,7 +120,8 @@ def find_jumps(mesh: Mesh, growth: float) -> Jumps:
     """
     sizes = box_sizes(mesh)
     limit = growth * (1.0 + TOLERANCE)
-    suspect = sizes.high > limit * sizes.low
+    with np.errstate(over="ignore"):
+        suspect = sizes.high > limit * sizes.low
     none = Jumps(index_array([]), np.empty(0), index_array([]))
     if not suspect.any():
         return none

@@ -24,6 +24,7 @@ from meshwright.audit.findings.features import features_of
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.options import SizeRegion
 from meshwright.audit.mesh import CellBlock, Ints, Mesh, Zone
+from meshwright.audit.places import plain
 
 __all__ = ["ROWS", "Requested", "curve_counts", "requested"]
 
@@ -51,7 +52,8 @@ def requested(facts: Facts) -> Requested:
     table = edges(mesh)
     a, b = mesh.points[table[:, 0]], mesh.points[table[:, 1]]
     with np.errstate(all="ignore"):
-        length = np.sqrt(((b - a) ** 2).sum(axis=1))
+        step = b - a
+        length = np.hypot(np.hypot(step[:, 0], step[:, 1]), step[:, 2])
         middle = 0.5 * a + 0.5 * b
     rank = np.full(len(table), -1)
     region = np.full(len(table), -1)
@@ -201,7 +203,7 @@ def _table(facts: Facts, found: Requested) -> list[dict[str, Any]]:
     for k, region in enumerate(facts.options.sizes):
         here = (found.region == k) & np.isfinite(found.length)
         length = found.length[here]
-        figures = [float(f(length)) for f in (np.min, np.mean, np.max)] if len(length) else [None] * 3
+        figures = [plain(float(f(length))) for f in (np.min, np.mean, np.max)] if len(length) else [None] * 3
         rows.append(
             {
                 "name": region.name, "shape": region.shape, "wanted": region.size, "cells": found.cells[k],
@@ -251,6 +253,8 @@ def curve_counts(facts: Facts) -> list[dict[str, Any]]:
         h = np.fmin.reduce(size[here])
         if np.isfinite(h) and h > 0.0:
             total = float(length[here].sum())
+            if not total / h < 1e18:
+                continue
             expected = max(math.floor(total / h * (1.0 + 1e-9)), 1)
             rows.append(
                 {"curve": k, "length": total, "wanted": float(h), "edges": int(here.sum()), "expected": expected}

@@ -16,7 +16,7 @@ from meshwright.audit.findings.polycells import face_vector
 from meshwright.audit.geometry import bounds
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, Zone
-from meshwright.audit.places import plain
+from meshwright.audit.places import plain, text
 
 __all__ = ["BELOW", "LEAST_ANGLE", "ROWS", "axis_of_rotation"]
 
@@ -53,7 +53,7 @@ def points_below_axis(facts: Facts) -> Found | None:
     if axis is None:
         return None
     low, high = 0.5 * bounds(mesh)
-    limit = -2.0 * BELOW * float(np.linalg.norm(high - low))
+    limit = -2.0 * BELOW * math.hypot(*(high - low).tolist())
     radius = mesh.points[:, 1 if axis == "x" else 0]
     rows = np.flatnonzero((radius < limit) & used_points(mesh))
     if not len(rows):
@@ -83,7 +83,7 @@ def wall_orthogonality(facts: Facts) -> Found | None:
         low = cells[angle < LEAST_ANGLE]
         table.append(
             {
-                "zone": zone.name, "faces": len(cells), "min": float(angle.min()), "mean": float(angle.mean()),
+                "zone": text(zone.name), "faces": len(cells), "min": float(angle.min()), "mean": float(angle.mean()),
                 "below": len(low),
             }
         )  # fmt: skip
@@ -135,7 +135,7 @@ def _angles(facts: Facts, zone: Zone) -> tuple[Ints, Floats]:
 def _scale(mesh: Mesh) -> float:
     """A power of two that keeps products of four lengths in range."""
     size = float(np.max(0.5 * (bounds(mesh)[1] - bounds(mesh)[0]), initial=0.0))
-    if not size > 0.0 or 1e-60 < size < 1e60:
+    if not size > 0.0 or 1e-30 < size < 1e30:
         return 1.0
     return math.ldexp(1.0, -max(min(math.frexp(size)[1], 1020), -1020))
 

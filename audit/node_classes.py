@@ -1,9 +1,9 @@
 """Where the points of a mesh may move: corners, curves, surfaces, volume, found by the angle between surface normals.
 
 The surface of a solid mesh is its boundary, the faces between two cell zones, and inner faces with a zone or element
-of their own (baffles, walls with cells on both sides). An edge of it is a feature where the normals of its two faces
-differ by more than the angle, or where it has not two faces. A point is a corner where one, three or more features
-meet, or two that turn by more than the angle.
+of their own (baffles, walls with cells on both sides); the curves of a flat mesh likewise. An edge of a surface is a
+feature where the normals of its two faces differ by more than the angle, or where it has not two faces. A point is a
+corner where one, three or more features meet, or two that turn by more than the angle.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def features(mesh: Mesh, angle: float = 10.0, inner: Callable[[Mesh], Ints] | No
     if mesh.cell_dimension == 3:
         rows, edges, sides, degrees = _of_solid(mesh, inner or _between_zones)
     elif mesh.dimension == 2:
-        rows, edges, sides, degrees = _of_flat(mesh)
+        rows, edges, sides, degrees = _of_flat(mesh, inner or _between_zones)
     else:
         rows, edges, sides, degrees = _of_shell(mesh)
     sharp = ~(degrees <= angle) & ~(np.isnan(degrees) & (sides[:, 0] >= 0))
@@ -224,10 +224,11 @@ def face_normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
     return out
 
 
-def _of_flat(mesh: Mesh) -> tuple[Ints, Ints, Ints, Floats]:
+def _of_flat(mesh: Mesh, inner: Callable[[Mesh], Ints]) -> tuple[Ints, Ints, Ints, Floats]:
     found = faces(mesh)
-    outside = np.flatnonzero(found.neighbour == NO_CELL)
-    edges = np.sort(found.nodes.reshape(-1, 2)[outside], axis=1)
+    outside = found.neighbour == NO_CELL
+    outside[inner(mesh)] = True
+    edges = np.unique(np.sort(found.nodes.reshape(-1, 2)[outside], axis=1), axis=0)
     return index_array([]), edges, np.full((len(edges), 2), -1), np.full(len(edges), np.nan)
 
 

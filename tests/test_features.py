@@ -129,6 +129,21 @@ def test_flat_meshes_have_curves_around_them_and_corners_where_they_turn():
     )
 
 
+def test_the_border_of_two_materials_in_a_flat_mesh_is_a_curve_and_meets_the_rim_in_corners():
+    x, y = np.meshgrid(np.arange(5.0), np.arange(4.0))
+    row = np.arange(20).reshape(4, 5)
+    nodes = np.stack([row[:-1, :-1], row[:-1, 1:], row[1:, 1:], row[1:, :-1]], axis=-1).reshape(-1, 4)
+    left = np.flatnonzero(np.arange(12) % 4 < 2)
+    zones = tuple(
+        Zone(name, "zone", "", "cell", rows) for name, rows in (("a", left), ("b", np.setdiff1d(range(12), left)))
+    )
+    points = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)
+    mesh = Mesh(points, (CellBlock("quad", range(12), nodes),), dimension=2, zones=zones)
+    assert node_classes(mesh)[[2, 7, 12, 17]].tolist() == [CORNER, CURVE, CURVE, CORNER]
+    assert node_classes(mesh)[6] == SURFACE
+    assert found(mesh).detail["curves"] == 7
+
+
 def test_nodes_of_higher_order_follow_the_edge_or_face_they_lie_on():
     # nodes of VTK's hexahedron of 27: corners, edges 8 to 19, faces 20 to 25, the middle
     corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)

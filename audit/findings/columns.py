@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,8 @@ END_OF_LAYERS, TOO_HIGH, BOUNDARY, LONGEST = 0, 1, 2, 3
 """Why a column ends: the next cell is no prism, or is as high as wide; a boundary or wall; too many layers."""
 
 _MOST = 10_000
+
+_ONE_AT_A_TIME = Lock()
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -49,17 +52,22 @@ class Columns:
     pairs: Ints
 
 
-@once_per_mesh
 def wall_columns(mesh: Mesh) -> tuple[Columns, ...]:
-    """Walk the columns of every wall zone; none for a shell.
+    """Walk the columns of every wall zone, once for a mesh; none for a shell.
 
     A cell carries a column on when it is a prism over the face it was entered by: a hexahedron, a wedge over a
     triangle, a polyhedron with a face of as many corners opposite and one side face a corner; a quadrilateral in 2-D.
     Its height is the distance between the means of the corners of the two faces, its width the side of a square (an
     equilateral triangle) of the area of the face, in 2-D the length of the edge. A column ends before the first cell
-    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell, the middle
-    one of several.
+    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell, the middle one of
+    several.
     """
+    with _ONE_AT_A_TIME:  # two checks ask for them, in threads of their own
+        return _all_columns(mesh)
+
+
+@once_per_mesh
+def _all_columns(mesh: Mesh) -> tuple[Columns, ...]:
     zones = wall_zones(mesh)
     if not zones or (mesh.dimension == 3 and mesh.cell_dimension == 2):
         return ()
@@ -94,7 +102,11 @@ def _of_zone(mesh: Mesh, zone: Zone, rows: Ints, walls: Mask, solid: Mask) -> Co
     column[~one_sided] = -1
     pairs = column[_neighbours(mesh, rows)]
     pairs = pairs[(pairs >= 0).all(axis=1)]
-    return Columns(zone, index_array(cell), index_array(layers), index_array(reason), *figures.T, index_array(pairs))
+    first, last, total, least, most = figures.T
+    return Columns(
+        zone, index_array(cell), index_array(layers), index_array(reason),
+        first, last, total, least, most, index_array(pairs),
+    )  # fmt: skip
 
 
 def _neighbours(mesh: Mesh, rows: Ints) -> Ints:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -19,16 +20,18 @@ __all__ = ["ROWS", "features_of", "inner_surface"]
 
 _LISTED = 100
 
+_ONE_AT_A_TIME = Lock()
 _kept: WeakKeyDictionary[Mesh, dict[float, Features]] = WeakKeyDictionary()
 
 
 def features_of(facts: Facts) -> Features:
     """The features at the angle of the options, computed once for a mesh."""
-    by_angle = _kept.setdefault(facts.mesh, {})
     angle = facts.options.feature_angle
-    if angle not in by_angle:
-        by_angle[angle] = features(facts.mesh, angle, inner_surface)
-    return by_angle[angle]
+    with _ONE_AT_A_TIME:  # several checks ask for them, in threads of their own
+        by_angle = _kept.setdefault(facts.mesh, {})
+        if angle not in by_angle:
+            by_angle[angle] = features(facts.mesh, angle, inner_surface)
+        return by_angle[angle]
 
 
 def inner_surface(mesh: Mesh) -> Ints:
@@ -86,14 +89,14 @@ def _suppressible(mesh: Mesh, found: Features) -> Ints:
         here = of[found.faces][found.sides[smooth]]
         chosen[smooth] = here[:, 0] != here[:, 1]
     elif mesh.cell_dimension == 2 and len(mesh.cell_zones) > 1:
-        here = mesh.cell_zone_index()[found.sides[smooth]]
-        chosen[smooth] = here[:, 0] != here[:, 1]
+        beside = mesh.cell_zone_index()[found.sides[smooth]]
+        chosen[smooth] = beside[:, 0] != beside[:, 1]
     lines = [b.nodes[:, :2] for b in mesh.boundary if CELL_TYPES[b.type].dimension == 1]
     if lines and mesh.dimension == 3:
         n = len(mesh.points)
         keys = np.sort(np.concatenate(lines).astype(np.int64), axis=1) @ np.array([n, 1])
         chosen |= smooth & np.isin(found.edges.astype(np.int64) @ np.array([n, 1]), keys)
-    return found.edges[chosen]
+    return index_array(found.edges[chosen])
 
 
 ROWS = (

@@ -79,7 +79,8 @@ def inside(region: SizeRegion, places: Floats) -> Mask:
     at = np.array(region.place, dtype=np.float64)
     with np.errstate(all="ignore"):
         if region.shape == "box":
-            mask: Mask = np.all((places >= at[:3]) & (places <= at[3:6]), axis=1)
+            within = (places >= at[:3]) & (places <= at[3:6])
+            mask: Mask = within[:, 0] & within[:, 1] & within[:, 2]
         elif region.shape == "sphere":
             mask = ((places - at[:3]) ** 2).sum(axis=1) <= at[3] ** 2
         elif region.shape == "cylinder":
@@ -103,7 +104,7 @@ def _edges_of_zone(mesh: Mesh, zone: Zone, table: Ints) -> tuple[int, Mask]:
     if zone.entity == "point":
         chosen = np.zeros(len(mesh.points), dtype=bool)
         chosen[zone.members] = True
-        return 1, chosen[table].any(axis=1)
+        return 1, _touching(table, chosen)
     wanted = np.zeros(mesh.n_cells if zone.entity == "cell" else _n_faces(mesh), dtype=bool)
     wanted[zone.members] = True
     if zone.entity == "cell":
@@ -117,8 +118,13 @@ def _edges_of_zone(mesh: Mesh, zone: Zone, table: Ints) -> tuple[int, Mask]:
         points = [b.nodes[wanted[b.rows]].ravel() for b in mesh.boundary]
         chosen = np.zeros(len(mesh.points), dtype=bool)
         chosen[np.concatenate([*points, np.empty(0, np.int32)])] = True
-        return 1, chosen[table].any(axis=1)
+        return 1, _touching(table, chosen)
     return rank + 1, _among(table, _ends(mesh, mesh.boundary, wanted), len(mesh.points))
+
+
+def _touching(table: Ints, chosen: Mask) -> Mask:
+    """Rows of `table` with an end among the chosen points."""
+    return chosen[table[:, 0]] | chosen[table[:, 1]]
 
 
 def _n_faces(mesh: Mesh) -> int:
@@ -127,7 +133,7 @@ def _n_faces(mesh: Mesh) -> int:
 
 def _ends(mesh: Mesh, blocks: tuple[CellBlock, ...], wanted: Mask) -> Ints:
     """(k, 2) edges of the chosen cells or elements, repeats and all."""
-    found = [np.empty((0, 2), np.int32)]
+    found: list[Ints] = [np.empty((0, 2), np.int32)]
     for block in blocks:
         at = np.flatnonzero(wanted[block.rows])
         if not len(at):

@@ -73,7 +73,8 @@ def wall_orthogonality(facts: Facts) -> Found | None:
     zones = wall_zones(mesh)
     if not zones or (mesh.dimension == 3 and mesh.cell_dimension == 2):
         return None
-    table, all_cells, low_cells = [], [], []
+    table: list[dict[str, Any]] = []
+    all_cells, low_cells = [], []
     for zone in zones:
         cells, angle = _angles(facts, zone)
         sure = np.isfinite(angle)

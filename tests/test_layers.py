@@ -106,8 +106,13 @@ def test_a_column_ends_where_cells_are_no_longer_flatter_than_wide():
     assert row["layers"] == {"min": 4, "mean": 4.0, "max": 4}
     assert found(plate("hex", np.arange(5.0)), "boundary-layers") is None
     # half a unit square is as wide as the triangle of equal sides and half its area: sqrt(2 / sqrt 3) = 1.0746
-    assert found(plate("wedge", [0, 1.07, 2.14]), "boundary-layers").detail["zones"][0]["layers"]["max"] == 2
-    assert found(plate("wedge", [0, 1.08, 2.16]), "boundary-layers") is None
+    assert found(plate("wedge", [0, 0.1, 1.17]), "boundary-layers").detail["zones"][0]["layers"]["max"] == 2
+    assert found(plate("wedge", [0, 0.1, 1.18]), "boundary-layers") is None
+
+
+def test_cells_that_are_a_little_flatter_than_wide_are_no_boundary_layer():
+    assert found(plate("hex", heights(0.51, 1.0, 6)), "boundary-layers") is None
+    assert found(plate("hex", heights(0.49, 1.0, 6)), "boundary-layers").detail["zones"][0]["layers"]["max"] == 6
 
 
 def test_in_a_channel_each_wall_has_the_layers_up_to_the_highest_cell():

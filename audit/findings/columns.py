@@ -24,6 +24,9 @@ END_OF_LAYERS, TOO_HIGH, BOUNDARY, LONGEST = 0, 1, 2, 3
 
 _MOST = 10_000
 
+_FLAT = 0.5
+"""Height of the first cell over its width up to which a column counts as a layer at all, and not as the mesh itself."""
+
 _ONE_AT_A_TIME = Lock()
 
 Floats = NDArray[np.float64]
@@ -59,8 +62,8 @@ def wall_columns(mesh: Mesh) -> tuple[Columns, ...]:
     triangle, a polyhedron with a face of as many corners opposite and one side face a corner; a quadrilateral in 2-D.
     Its height is the distance between the means of the corners of the two faces, its width the side of a square (an
     equilateral triangle) of the area of the face, in 2-D the length of the edge. A column ends before the first cell
-    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell, the middle one of
-    several.
+    that is not lower than wide, and has no layers where its first cell is higher than half its width. Where it goes on
+    to another wall, it ends with its highest cell, the middle one of several.
     """
     with _ONE_AT_A_TIME:  # two checks ask for them, in threads of their own
         return _all_columns(mesh)
@@ -100,7 +103,7 @@ def _of_zone(mesh: Mesh, zone: Zone, rows: Ints, walls: Mask, solid: Mask) -> Co
     column = np.full(len(rows), -1, dtype=np.int64)
     column[place] = np.arange(n)
     column[~one_sided] = -1
-    pairs = column[_neighbours(mesh, rows)]
+    pairs = column[_neighbours(mesh, rows)] if layers.any() else np.empty((0, 2), np.int64)
     pairs = pairs[(pairs >= 0).all(axis=1)]
     first, last, total, least, most = figures.T
     return Columns(
@@ -212,7 +215,8 @@ def _walk(
             bx, by, bz = _centre(points, offsets, nodes, g, points[o, 0], points[o, 1], points[o, 2])
             s = max(abs(bx - ax), abs(by - ay), abs(bz - az))
             h = s * math.sqrt(((bx - ax) / s) ** 2 + ((by - ay) / s) ** 2 + ((bz - az) / s) ** 2)
-            if not (h > 0.0 and h < _width(points, offsets, nodes, f)):
+            width = _width(points, offsets, nodes, f)
+            if not (h > 0.0 and h < width and (n > 0 or h <= _FLAT * width)):
                 why = TOO_HIGH
                 break
             height[n] = h

@@ -10,7 +10,7 @@ import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
-from meshwright.audit.findings.face_sets import bordering, faces_of_zone
+from meshwright.audit.findings.face_sets import faces_of_zone, named_faces
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
@@ -38,8 +38,12 @@ def inner_surface(mesh: Mesh) -> Ints:
     """Faces with cells on both sides that lie between zones or have a zone or an element of their own."""
     if not mesh.zones and not mesh.boundary:
         return index_array([])
-    inside = index_array(np.flatnonzero(faces(mesh).neighbour != NO_CELL))
-    return index_array(inside[bordering(mesh, inside)])
+    found = faces(mesh)
+    inner = named_faces(mesh) & (found.neighbour != NO_CELL)
+    if len(mesh.cell_zones) > 1:
+        zone = mesh.cell_zone_index()
+        inner |= (found.neighbour != NO_CELL) & (zone[found.owner] != zone[found.neighbour])
+    return index_array(np.flatnonzero(inner))
 
 
 def geometry_features(facts: Facts) -> Found | None:

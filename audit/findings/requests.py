@@ -80,17 +80,16 @@ def inside(region: SizeRegion, places: Floats) -> Mask:
     with np.errstate(all="ignore"):
         if region.shape == "box":
             within = (places >= at[:3]) & (places <= at[3:6])
-            mask: Mask = within[:, 0] & within[:, 1] & within[:, 2]
-        elif region.shape == "sphere":
-            mask = ((places - at[:3]) ** 2).sum(axis=1) <= at[3] ** 2
-        elif region.shape == "cylinder":
+            return within[:, 0] & within[:, 1] & within[:, 2]
+        if region.shape == "sphere":
+            return ((places - at[:3]) ** 2).sum(axis=1) <= at[3] ** 2
+        if region.shape == "cylinder":
             axis = at[3:6] - at[:3]
             along = (places - at[:3]) @ axis / (axis @ axis)
             off = places - at[:3] - along[:, None] * axis
-            mask = (along >= 0.0) & (along <= 1.0) & ((off**2).sum(axis=1) <= at[6] ** 2)
-        else:
-            mask = np.isfinite(places).all(axis=1)
-    return mask
+            return (along >= 0.0) & (along <= 1.0) & ((off**2).sum(axis=1) <= at[6] ** 2)
+    finite = np.isfinite(places)
+    return finite[:, 0] & finite[:, 1] & finite[:, 2]
 
 
 def _middles(mesh: Mesh) -> Floats:

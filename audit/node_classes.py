@@ -150,8 +150,8 @@ def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) ->
                 begin[low] += 1
             p = q
     edges = np.empty((m, 2), np.int32)
-    sides = np.full((m, 2), -1, np.int32)
-    degrees = np.full(m, np.nan)
+    sides = np.empty((m, 2), np.int32)
+    degrees = np.empty(m)
     here = np.empty(most, np.int64)
     e = start = 0
     for p in range(n_points):
@@ -165,6 +165,7 @@ def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) ->
             while j < n and here[j] >> 32 == here[i] >> 32:
                 j += 1
             edges[e, 0], edges[e, 1] = p, here[i] >> 32
+            sides[e, 0], sides[e, 1], degrees[e] = -1, -1, math.nan
             if j == i + 2:
                 a, b = (here[i] & 0xFFFFFFFF) >> 1, (here[i + 1] & 0xFFFFFFFF) >> 1
                 sides[e, 0], sides[e, 1] = a, b

@@ -1,9 +1,9 @@
 """Where the points of a mesh may move: corners, curves, surfaces, volume, found by the angle between surface normals.
 
 The surface of a solid mesh is its boundary, the faces between two cell zones, and inner faces with a zone or element
-of their own (baffles, walls with cells on both sides). An edge of it is a feature where the normals of its two faces
-differ by more than the angle, or where it has not two faces. A point is a corner where one, three or more features
-meet, or two that turn by more than the angle.
+of their own (baffles, walls with cells on both sides); the curves of a flat mesh likewise. An edge of a surface is a
+feature where the normals of its two faces differ by more than the angle, or where it has not two faces. A point is a
+corner where one, three or more features meet, or two that turn by more than the angle.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def features(mesh: Mesh, angle: float = 10.0, inner: Callable[[Mesh], Ints] | No
     if mesh.cell_dimension == 3:
         rows, edges, sides, degrees = _of_solid(mesh, inner or _between_zones)
     elif mesh.dimension == 2:
-        rows, edges, sides, degrees = _of_flat(mesh)
+        rows, edges, sides, degrees = _of_flat(mesh, inner or _between_zones)
     else:
         rows, edges, sides, degrees = _of_shell(mesh)
     sharp = ~(degrees <= angle) & ~(np.isnan(degrees) & (sides[:, 0] >= 0))
@@ -150,8 +150,8 @@ def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) ->
                 begin[low] += 1
             p = q
     edges = np.empty((m, 2), np.int32)
-    sides = np.full((m, 2), -1, np.int32)
-    degrees = np.full(m, np.nan)
+    sides = np.empty((m, 2), np.int32)
+    degrees = np.empty(m)
     here = np.empty(most, np.int64)
     e = start = 0
     for p in range(n_points):
@@ -165,6 +165,7 @@ def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) ->
             while j < n and here[j] >> 32 == here[i] >> 32:
                 j += 1
             edges[e, 0], edges[e, 1] = p, here[i] >> 32
+            sides[e, 0], sides[e, 1], degrees[e] = -1, -1, math.nan
             if j == i + 2:
                 a, b = (here[i] & 0xFFFFFFFF) >> 1, (here[i + 1] & 0xFFFFFFFF) >> 1
                 sides[e, 0], sides[e, 1] = a, b
@@ -224,10 +225,11 @@ def face_normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
     return out
 
 
-def _of_flat(mesh: Mesh) -> tuple[Ints, Ints, Ints, Floats]:
+def _of_flat(mesh: Mesh, inner: Callable[[Mesh], Ints]) -> tuple[Ints, Ints, Ints, Floats]:
     found = faces(mesh)
-    outside = np.flatnonzero(found.neighbour == NO_CELL)
-    edges = np.sort(found.nodes.reshape(-1, 2)[outside], axis=1)
+    outside = found.neighbour == NO_CELL
+    outside[inner(mesh)] = True
+    edges = np.unique(np.sort(found.nodes.reshape(-1, 2)[outside], axis=1), axis=0)
     return index_array([]), edges, np.full((len(edges), 2), -1), np.full(len(edges), np.nan)
 
 

@@ -204,6 +204,17 @@ def cylinder(n, layers=3):
     return Mesh(points, (CellBlock("quad", np.arange(len(nodes)), nodes),))
 
 
+@pytest.mark.parametrize("scale", [1e-200, 1e-90, 1e90, 1e200])
+def test_chords_scale_with_the_mesh(scale):
+    for mesh in (disc(48), cylinder(40)):
+        first, second = (
+            found(Mesh(mesh.points * s, mesh.blocks, dimension=mesh.dimension), "chordal-deviation").detail
+            for s in (1.0, scale)
+        )
+        assert second["max_deviation"] == pytest.approx(first["max_deviation"] * scale, rel=1e-9)
+        assert (second["edges"], second["angle_counts"]) == (first["edges"], first["angle_counts"])
+
+
 @pytest.mark.parametrize("n", [12, 36, 90])
 def test_the_chords_of_a_cylinder_are_those_of_its_circle_and_its_generators_are_straight(n):
     detail = found(cylinder(n), "chordal-deviation").detail

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces, faces_of_cells
@@ -38,7 +39,7 @@ class Blocks:
     closed: list[tuple[bool, ...]]
     singular: Ints
     valence: Ints
-    border: Ints
+    border: NDArray[np.bool_]
 
 
 def structured_blocks(mesh: Mesh) -> Blocks | None:
@@ -81,7 +82,7 @@ def structured_blocks(mesh: Mesh) -> Blocks | None:
     return _ranked(cells, component, along, (singular, valence, border))
 
 
-def _ranked(cells: Ints, component: Ints, along: Ints, singular: tuple[Ints, Ints, Ints]) -> Blocks | None:
+def _ranked(cells: Ints, component: Ints, along: Ints, singular: tuple[Ints, Ints, NDArray[np.bool_]]) -> Blocks | None:
     count = np.bincount(component)
     order = np.argsort(-np.abs(along), axis=1, kind="stable")
     along = np.take_along_axis(along, order, axis=1)
@@ -127,7 +128,7 @@ def blocks(facts: Facts) -> Found | None:
 
 def _listed(mesh: Mesh, found: Blocks) -> dict[str, Any]:
     """How many singular edges (points) with how many cells around, and the first of them by the file's numbers."""
-    inside = ~found.border.astype(bool)
+    inside = ~found.border
     first = found.singular[:_LISTED]
     return {
         "count": len(found.singular),

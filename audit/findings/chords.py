@@ -18,8 +18,10 @@ from meshwright.audit.csr import take
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.features import features_of, inner_surface
 from meshwright.audit.findings.finding import Check, Found, counted
+from meshwright.audit.geometry import in_safe_units
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.node_classes import Features, features
+from meshwright.audit.places import plain
 
 __all__ = ["ROWS", "curvatures"]
 
@@ -34,17 +36,20 @@ _CLASSES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 180.0)
 Floats = NDArray[np.float64]
 
 
-def curvatures(mesh: Mesh, found: Features) -> Floats:
-    """(m,) curvature 1 / R along each of `found.edges`, 0 where it is straight, nan where it is unknown."""
+def curvatures(mesh: Mesh, found: Features, points: Floats) -> Floats:
+    """(m,) curvature 1 / R along each of `found.edges`, 0 where it is straight, nan where it is unknown.
+
+    points (n, 3): those of the mesh in any unit, which is that of R too.
+    """
     with np.errstate(all="ignore"):
         out = np.full(len(found.edges), np.nan)
-        out[found.sharp] = _along_curves(mesh, found)
+        out[found.sharp] = _along_curves(points, found)
         if mesh.dimension == 3:
-            out[~found.sharp] = _on_surfaces(mesh, found)
+            out[~found.sharp] = _on_surfaces(mesh, points, found)
     return out
 
 
-def _along_curves(mesh: Mesh, found: Features) -> Floats:
+def _along_curves(points: Floats, found: Features) -> Floats:
     """Curvature of the feature edges; from the end with less, 0 where the ends bend different ways."""
     pairs = found.edges[found.sharp].astype(np.int64)
     n = len(pairs)
@@ -53,7 +58,7 @@ def _along_curves(mesh: Mesh, found: Features) -> Floats:
     p, of = start[order], np.tile(found.curve[found.sharp], 2)[order]
     two = np.flatnonzero((p[1:] == p[:-1]) & (of[1:] == of[:-1]) & (found.classes[p[1:]] == 1))
     i, j = order[two], order[two + 1]
-    a, b, c = mesh.points[end[i]], mesh.points[start[i]], mesh.points[end[j]]
+    a, b, c = points[end[i]], points[start[i]], points[end[j]]
     u, v, w = b - a, c - b, c - a
     sides = [np.sqrt((x * x).sum(axis=1)) for x in (u, v, w)]
     cross = np.cross(u, v)
@@ -72,7 +77,7 @@ def _along_curves(mesh: Mesh, found: Features) -> Floats:
     return np.where(known[:n] & known[n:], both, np.where(known[:n] | known[n:], one, np.nan))
 
 
-def _on_surfaces(mesh: Mesh, found: Features) -> Floats:
+def _on_surfaces(mesh: Mesh, points: Floats, found: Features) -> Floats:
     """Curvature of the smooth edges of a surface from the normals at their ends, each the mean over its surface."""
     offsets, nodes = _loops(mesh, found)
     sizes = np.diff(offsets)
@@ -80,19 +85,19 @@ def _on_surfaces(mesh: Mesh, found: Features) -> Floats:
     before, after = np.roll(nodes, 1), np.roll(nodes, -1)
     before[offsets[:-1]] = nodes[offsets[1:] - 1]
     after[offsets[1:] - 1] = nodes[offsets[:-1]]
-    at = mesh.points[nodes]
-    u, v = mesh.points[after] - at, mesh.points[before] - at
+    at = points[nodes]
+    u, v = points[after] - at, points[before] - at
     corner = np.cross(u, v)
     whole = np.add.reduceat(corner, offsets[:-1], axis=0)
-    whole /= np.sqrt((whole * whole).sum(axis=1))[:, None]
+    whole = whole / np.sqrt((whole * whole).sum(axis=1))[:, None]
     weight = np.arctan2(np.sqrt((corner * corner).sum(axis=1)), (u * v).sum(axis=1))
     keys, group = np.unique(nodes.astype(np.int64) * max(found.n_surfaces, 1) + found.surface[of], return_inverse=True)
     normal = np.stack([np.bincount(group, weight * whole[of, d], len(keys)) for d in range(3)], axis=1)
-    normal /= np.sqrt((normal * normal).sum(axis=1))[:, None]
+    normal = normal / np.sqrt((normal * normal).sum(axis=1))[:, None]
     smooth = ~found.sharp
     ends, patch = found.edges[smooth].astype(np.int64), found.surface[found.sides[smooth, 0]]
     first, last = (normal[np.searchsorted(keys, ends[:, k] * max(found.n_surfaces, 1) + patch)] for k in range(2))
-    step = mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]]
+    step = points[ends[:, 1]] - points[ends[:, 0]]
     return np.abs(((last - first) * step).sum(axis=1)) / (step * step).sum(axis=1)
 
 
@@ -114,14 +119,16 @@ def chordal_deviation(facts: Facts) -> Found | None:
         return None
     if smooth > facts.options.feature_angle:
         found = features(mesh, smooth, inner_surface)
+    safe, unit = in_safe_units(mesh)
     with np.errstate(all="ignore"):
-        kappa = curvatures(mesh, found)
-        step = mesh.points[found.edges[:, 1]] - mesh.points[found.edges[:, 0]]
+        kappa = curvatures(mesh, found, safe.points)
+        step = safe.points[found.edges[:, 1]] - safe.points[found.edges[:, 0]]
         length = np.sqrt((step * step).sum(axis=1))
         half = np.minimum(0.5 * length * kappa, 1.0)
         angle = 2.0 * np.degrees(np.arcsin(half))
         # (1 - sqrt(1 - h h)) / kappa without cancellation
-        deviation = 0.5 * length * half / (1.0 + np.sqrt(1.0 - half * half))
+        deviation = 0.5 * length * half / (1.0 + np.sqrt(1.0 - half * half)) * unit
+        length = length * unit
     curved = np.flatnonzero(angle > _STRAIGHT)
     if not len(curved):
         return None
@@ -130,9 +137,9 @@ def chordal_deviation(facts: Facts) -> Found | None:
     detail: dict[str, Any] = {
         "surface": "circles through neighbouring points of the mesh",
         "edges": len(curved),
-        "max_deviation": float(deviation[worst]),
-        "mean_deviation": float(deviation.mean()),
-        "max_deviation_over_length": float((deviation / length).max()),
+        "max_deviation": plain(float(deviation[worst])),
+        "mean_deviation": plain(float(deviation.mean())),
+        "max_deviation_over_length": plain(float((deviation / length).max())),
         "max_angle": float(angle.max()),
         "mean_angle": float(angle.mean()),
         "angle_classes": list(_CLASSES),
@@ -155,7 +162,8 @@ def _curves_bend(mesh: Mesh, found: Features) -> bool:
     with np.errstate(all="ignore"):
         pairs = found.edges[found.sharp].astype(np.int64)
         step = mesh.points[pairs[:, 1]] - mesh.points[pairs[:, 0]]
-        step /= np.sqrt((step * step).sum(axis=1))[:, None]
+        step = step / np.abs(step).max(axis=1)[:, None]
+        step = step / np.sqrt((step * step).sum(axis=1))[:, None]
         start = pairs.T.ravel()
         out = np.concatenate([step, -step])
         order = np.argsort(start, kind="stable")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,11 @@ END_OF_LAYERS, TOO_HIGH, BOUNDARY, LONGEST = 0, 1, 2, 3
 """Why a column ends: the next cell is no prism, or is as high as wide; a boundary or wall; too many layers."""
 
 _MOST = 10_000
+
+_FLAT = 0.5
+"""Height of the first cell over its width up to which a column counts as a layer at all, and not as the mesh itself."""
+
+_ONE_AT_A_TIME = Lock()
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -49,16 +55,22 @@ class Columns:
     pairs: Ints
 
 
-@once_per_mesh
 def wall_columns(mesh: Mesh) -> tuple[Columns, ...]:
-    """Walk the columns of every wall zone; none for a shell.
+    """Walk the columns of every wall zone, once for a mesh; none for a shell.
 
     A cell carries a column on when it is a prism over the face it was entered by: a hexahedron, a wedge over a
     triangle, a polyhedron with a face of as many corners opposite and one side face a corner; a quadrilateral in 2-D.
     Its height is the distance between the means of the corners of the two faces, its width the side of a square (an
     equilateral triangle) of the area of the face, in 2-D the length of the edge. A column ends before the first cell
-    that is not lower than wide. Where it goes on to another wall, it ends with its highest cell.
+    that is not lower than wide, and has no layers where its first cell is higher than half its width. Where it goes on
+    to another wall, it ends with its highest cell, the middle one of several.
     """
+    with _ONE_AT_A_TIME:  # two checks ask for them, in threads of their own
+        return _all_columns(mesh)
+
+
+@once_per_mesh
+def _all_columns(mesh: Mesh) -> tuple[Columns, ...]:
     zones = wall_zones(mesh)
     if not zones or (mesh.dimension == 3 and mesh.cell_dimension == 2):
         return ()
@@ -91,9 +103,13 @@ def _of_zone(mesh: Mesh, zone: Zone, rows: Ints, walls: Mask, solid: Mask) -> Co
     column = np.full(len(rows), -1, dtype=np.int64)
     column[place] = np.arange(n)
     column[~one_sided] = -1
-    pairs = column[_neighbours(mesh, rows)]
+    pairs = column[_neighbours(mesh, rows)] if layers.any() else np.empty((0, 2), np.int64)
     pairs = pairs[(pairs >= 0).all(axis=1)]
-    return Columns(zone, index_array(cell), index_array(layers), index_array(reason), *figures.T, index_array(pairs))
+    first, last, total, least, most = figures.T
+    return Columns(
+        zone, index_array(cell), index_array(layers), index_array(reason),
+        first, last, total, least, most, index_array(pairs),
+    )  # fmt: skip
 
 
 def _neighbours(mesh: Mesh, rows: Ints) -> Ints:
@@ -199,7 +215,8 @@ def _walk(
             bx, by, bz = _centre(points, offsets, nodes, g, points[o, 0], points[o, 1], points[o, 2])
             s = max(abs(bx - ax), abs(by - ay), abs(bz - az))
             h = s * math.sqrt(((bx - ax) / s) ** 2 + ((by - ay) / s) ** 2 + ((bz - az) / s) ** 2)
-            if not (h > 0.0 and h < _width(points, offsets, nodes, f)):
+            width = _width(points, offsets, nodes, f)
+            if not (h > 0.0 and h < width and (n > 0 or h <= _FLAT * width)):
                 why = TOO_HIGH
                 break
             height[n] = h
@@ -208,11 +225,12 @@ def _walk(
             if onward < 0 or walls[g] or onward == first[k]:
                 why = BOUNDARY
                 if walls[g]:  # the layers of the other wall begin beyond the highest cell
-                    top = 0
-                    for i in range(1, n):
-                        if height[i] > height[top]:
-                            top = i
-                    n = top + 1
+                    low = high = -1
+                    most = height[:n].max() * (1.0 - 1e-6)
+                    for i in range(n):
+                        if height[i] >= most:
+                            low, high = i if low < 0 else low, i
+                    n = (low + high) // 2 + 1
                 break
             f, c = g, onward
         layers[k], reason[k] = n, why

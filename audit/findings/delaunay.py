@@ -92,7 +92,7 @@ def _exactly(mesh: Mesh, points: NDArray[np.float64], total: NDArray[np.int64], 
     corners = found.nodes[found.offsets[row] : found.offsets[row + 1]]
     near, far = _apexes(mesh, total, index_array([row]))[0]
     test = in_circle if mesh.cell_dimension == 2 else in_sphere
-    return test(*(points[p].tolist() for p in (*corners, near, far)))  # type: ignore[arg-type]
+    return test(*(points[p].tolist() for p in (*corners, near, far)))
 
 
 def _sharp(mesh: Mesh, rows: Ints, angle: float) -> NDArray[np.bool_]:

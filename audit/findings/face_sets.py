@@ -86,10 +86,13 @@ def _all_marked(offsets: Ints, nodes: Ints, marked: NDArray[np.bool_]) -> NDArra
 
 @once_per_mesh
 def named_faces(mesh: Mesh) -> NDArray[np.bool_]:
-    """(f,) faces that a zone (other than the interior of a fluid) or a boundary element stands for."""
+    """(f,) faces that a zone or a boundary element stands for.
+
+    Not by Fluent's zones of interior faces, nor by OpenFOAM's faceZones, which only select.
+    """
     named = np.zeros(len(faces(mesh)), dtype=bool)
     for zone in mesh.zones:
-        if zone.entity == "face" and zone.role != "interior" and mesh.faces is not None:
+        if zone.entity == "face" and zone.role != "interior" and zone.kind != "faceZone" and mesh.faces is not None:
             named[zone.members] = True
     if mesh.boundary and mesh.faces is None:
         rows = faces_of_elements(mesh)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from threading import Lock
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
-from meshwright.audit.findings.face_sets import bordering, faces_of_zone
+from meshwright.audit.findings.face_sets import faces_of_zone, named_faces
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
@@ -19,24 +20,30 @@ __all__ = ["ROWS", "features_of", "inner_surface"]
 
 _LISTED = 100
 
+_ONE_AT_A_TIME = Lock()
 _kept: WeakKeyDictionary[Mesh, dict[float, Features]] = WeakKeyDictionary()
 
 
 def features_of(facts: Facts) -> Features:
     """The features at the angle of the options, computed once for a mesh."""
-    by_angle = _kept.setdefault(facts.mesh, {})
     angle = facts.options.feature_angle
-    if angle not in by_angle:
-        by_angle[angle] = features(facts.mesh, angle, inner_surface)
-    return by_angle[angle]
+    with _ONE_AT_A_TIME:  # several checks ask for them, in threads of their own
+        by_angle = _kept.setdefault(facts.mesh, {})
+        if angle not in by_angle:
+            by_angle[angle] = features(facts.mesh, angle, inner_surface)
+        return by_angle[angle]
 
 
 def inner_surface(mesh: Mesh) -> Ints:
     """Faces with cells on both sides that lie between zones or have a zone or an element of their own."""
     if not mesh.zones and not mesh.boundary:
         return index_array([])
-    inside = index_array(np.flatnonzero(faces(mesh).neighbour != NO_CELL))
-    return index_array(inside[bordering(mesh, inside)])
+    found = faces(mesh)
+    inner = named_faces(mesh) & (found.neighbour != NO_CELL)
+    if len(mesh.cell_zones) > 1:
+        zone = mesh.cell_zone_index()
+        inner |= (found.neighbour != NO_CELL) & (zone[found.owner] != zone[found.neighbour])
+    return index_array(np.flatnonzero(inner))
 
 
 def geometry_features(facts: Facts) -> Found | None:
@@ -86,14 +93,14 @@ def _suppressible(mesh: Mesh, found: Features) -> Ints:
         here = of[found.faces][found.sides[smooth]]
         chosen[smooth] = here[:, 0] != here[:, 1]
     elif mesh.cell_dimension == 2 and len(mesh.cell_zones) > 1:
-        here = mesh.cell_zone_index()[found.sides[smooth]]
-        chosen[smooth] = here[:, 0] != here[:, 1]
+        beside = mesh.cell_zone_index()[found.sides[smooth]]
+        chosen[smooth] = beside[:, 0] != beside[:, 1]
     lines = [b.nodes[:, :2] for b in mesh.boundary if CELL_TYPES[b.type].dimension == 1]
     if lines and mesh.dimension == 3:
         n = len(mesh.points)
         keys = np.sort(np.concatenate(lines).astype(np.int64), axis=1) @ np.array([n, 1])
         chosen |= smooth & np.isin(found.edges.astype(np.int64) @ np.array([n, 1]), keys)
-    return found.edges[chosen]
+    return index_array(found.edges[chosen])
 
 
 ROWS = (

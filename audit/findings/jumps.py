@@ -120,7 +120,8 @@ def find_jumps(mesh: Mesh, growth: float) -> Jumps:
     """
     sizes = box_sizes(mesh)
     limit = growth * (1.0 + TOLERANCE)
-    suspect = sizes.high > limit * sizes.low
+    with np.errstate(over="ignore"):
+        suspect = sizes.high > limit * sizes.low
     none = Jumps(index_array([]), np.empty(0), index_array([]))
     if not suspect.any():
         return none
@@ -144,13 +145,11 @@ def _half_edges(mesh: Mesh, block: CellBlock, suspect: NDArray[np.bool_]) -> tup
         a, b = corners[at][:, table[:, 0]].ravel(), corners[at][:, table[:, 1]].ravel()
         cell = np.repeat(block.rows[at], len(table))
     else:
-        if block.type == "polygon":
-            offsets, items, owner = block.offsets, block.items, block.rows
-        else:
+        (offsets, items), owner = ragged(block), block.rows
+        if block.type == "polyhedron":
             found = faces(mesh)
-            offsets, items = take(found.offsets, found.nodes, block.items)
-            owner = np.repeat(block.rows, np.diff(block.offsets))
-        assert offsets is not None  # noqa: S101 - polygons and polyhedra have them
+            owner = np.repeat(owner, np.diff(offsets))
+            offsets, items = take(found.offsets, found.nodes, items)
         sizes = np.diff(offsets)
         a, cell = items, np.repeat(owner, sizes)
         b = np.roll(a, -1)

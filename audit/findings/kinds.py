@@ -90,7 +90,7 @@ def line_elements(facts: Facts) -> Found | None:
         )
     with np.errstate(all="ignore"):
         step = mesh.points[ends[:, 1]] - mesh.points[ends[:, 0]]
-        length = np.sqrt((step * step).sum(axis=1))
+        length = np.hypot(np.hypot(step[:, 0], step[:, 1]), step[:, 2])
     uses = np.bincount(ends.ravel(), minlength=len(mesh.points))
     free = np.flatnonzero((uses == 1) & ~used_points(mesh) & ~_on_faces(mesh))
     zero = int(np.count_nonzero(length == 0.0))
@@ -114,7 +114,8 @@ def line_elements(facts: Facts) -> Found | None:
 
 def _figure(function: Any, length: Floats) -> Any:
     sure = length[np.isfinite(length)]
-    return plain(float(function(sure))) if len(sure) else "nan"
+    with np.errstate(over="ignore"):
+        return plain(float(function(sure))) if len(sure) else "nan"
 
 
 def _range(length: Floats) -> str:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from meshwright.audit.findings.columns import END_OF_LAYERS, Columns, wall_columns
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
+from meshwright.audit.places import plain, text
 
 __all__ = ["ROWS", "collapsed_columns"]
 
@@ -24,16 +25,16 @@ def boundary_layers(facts: Facts) -> Found | None:
         return None
     table = [_figures(wall) for wall in walls]
     rows = np.unique(np.concatenate([wall.cell[wall.layers > 0] for wall in walls]))
-    text = [
+    lines = [
         f"{entry['zone']}: {entry['layers']['min']} to {entry['layers']['max']} layers, first height "
-        f"{entry['first_height']['min']:.4g} to {entry['first_height']['max']:.4g}, growth up to "
-        f"{entry['growth']['max']:.4g}"
+        f"{_short(entry['first_height']['min'])} to {_short(entry['first_height']['max'])}, growth up to "
+        f"{_short(entry['growth']['max'])}"
         for entry in table[:5]
     ]
     more = f"; and {len(table) - 5} more zones" if len(table) > 5 else ""
     return Found(
         rows,
-        f"boundary layers on {counted(len(table), 'wall zone')} ({'; '.join(text)}{more}): compare the first height "
+        f"boundary layers on {counted(len(table), 'wall zone')} ({'; '.join(lines)}{more}): compare the first height "
         "with the y+ of the turbulence model",
         detail={"zones": table},
     )
@@ -45,7 +46,7 @@ def _figures(wall: Columns) -> dict[str, Any]:
     # the mean step of a column is the root of the ratio of its last height to its first
     mean = (wall.last[steps] / wall.first[steps]) ** (1.0 / (wall.layers[steps] - 1))
     return {
-        "zone": wall.zone.name,
+        "zone": text(wall.zone.name),
         "columns": len(wall.layers),
         "without_layers": int(np.count_nonzero(~there)),
         "layers": {
@@ -54,7 +55,8 @@ def _figures(wall: Columns) -> dict[str, Any]:
         "first_height": _range(wall.first[there]),
         "total_thickness": _range(wall.total[there]),
         "growth": {
-            "min": float(wall.least[steps].min()), "mean": float(mean.mean()), "max": float(wall.most[steps].max()),
+            "min": plain(float(wall.least[steps].min())), "mean": plain(float(mean.mean())),
+            "max": plain(float(wall.most[steps].max())),
         },
         "max_thickness_jump": _jump(wall),
         "shortened": int(np.count_nonzero(shortened_columns(wall))),
@@ -62,15 +64,20 @@ def _figures(wall: Columns) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _range(values: NDArray[np.float64]) -> dict[str, float]:
-    return {"min": float(values.min()), "mean": float(values.mean()), "max": float(values.max())}
+def _range(values: NDArray[np.float64]) -> dict[str, float | str]:
+    with np.errstate(over="ignore"):
+        return {name: plain(float(f(values))) for name, f in (("min", np.min), ("mean", np.mean), ("max", np.max))}
 
 
-def _jump(wall: Columns) -> float | None:
+def _short(value: float | str) -> str:
+    return value if isinstance(value, str) else f"{value:.4g}"
+
+
+def _jump(wall: Columns) -> float | str | None:
     """Largest ratio of the thickness of two neighbouring columns with layers."""
     a, b = wall.total[wall.pairs].T
     both = (a > 0.0) & (b > 0.0)
-    return float(np.max(np.maximum(a[both] / b[both], b[both] / a[both]))) if both.any() else None
+    return plain(float(np.max(np.maximum(a[both] / b[both], b[both] / a[both])))) if both.any() else None
 
 
 def shortened_columns(wall: Columns) -> NDArray[np.bool_]:
@@ -99,13 +106,15 @@ def layer_collapse(facts: Facts) -> Found | None:
     rows = np.unique(np.concatenate([*lost, np.empty(0, np.int32)]))
     if not len(rows):
         return None
-    names = [wall.zone.name for wall, cells in zip(walls, lost, strict=True) if len(cells)]
+    names = [text(wall.zone.name) for wall, cells in zip(walls, lost, strict=True) if len(cells)]
     return Found(
         rows,
         f"{counted(len(rows), 'column')} of the boundary layer with half the usual layers or fewer (on "
         f"{', '.join(names[:5])}): the layer collapses there and wall friction and heat flux are off; grow the layers "
         "with less height or smooth the surface below them",
-        detail={"zones": {wall.zone.name: len(cells) for wall, cells in zip(walls, lost, strict=True) if len(cells)}},
+        detail={
+            "zones": {text(wall.zone.name): len(cells) for wall, cells in zip(walls, lost, strict=True) if len(cells)}
+        },
     )
 
 

@@ -24,6 +24,7 @@ from meshwright.audit.findings.features import features_of
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.options import SizeRegion
 from meshwright.audit.mesh import CellBlock, Ints, Mesh, Zone
+from meshwright.audit.places import plain
 
 __all__ = ["ROWS", "Requested", "curve_counts", "requested"]
 
@@ -51,7 +52,8 @@ def requested(facts: Facts) -> Requested:
     table = edges(mesh)
     a, b = mesh.points[table[:, 0]], mesh.points[table[:, 1]]
     with np.errstate(all="ignore"):
-        length = np.sqrt(((b - a) ** 2).sum(axis=1))
+        step = b - a
+        length = np.hypot(np.hypot(step[:, 0], step[:, 1]), step[:, 2])
         middle = 0.5 * a + 0.5 * b
     rank = np.full(len(table), -1)
     region = np.full(len(table), -1)
@@ -77,17 +79,17 @@ def inside(region: SizeRegion, places: Floats) -> Mask:
     at = np.array(region.place, dtype=np.float64)
     with np.errstate(all="ignore"):
         if region.shape == "box":
-            mask: Mask = np.all((places >= at[:3]) & (places <= at[3:6]), axis=1)
-        elif region.shape == "sphere":
-            mask = ((places - at[:3]) ** 2).sum(axis=1) <= at[3] ** 2
-        elif region.shape == "cylinder":
+            within = (places >= at[:3]) & (places <= at[3:6])
+            return within[:, 0] & within[:, 1] & within[:, 2]
+        if region.shape == "sphere":
+            return ((places - at[:3]) ** 2).sum(axis=1) <= at[3] ** 2
+        if region.shape == "cylinder":
             axis = at[3:6] - at[:3]
             along = (places - at[:3]) @ axis / (axis @ axis)
             off = places - at[:3] - along[:, None] * axis
-            mask = (along >= 0.0) & (along <= 1.0) & ((off**2).sum(axis=1) <= at[6] ** 2)
-        else:
-            mask = np.isfinite(places).all(axis=1)
-    return mask
+            return (along >= 0.0) & (along <= 1.0) & ((off**2).sum(axis=1) <= at[6] ** 2)
+    finite = np.isfinite(places)
+    return finite[:, 0] & finite[:, 1] & finite[:, 2]
 
 
 def _middles(mesh: Mesh) -> Floats:
@@ -101,7 +103,7 @@ def _edges_of_zone(mesh: Mesh, zone: Zone, table: Ints) -> tuple[int, Mask]:
     if zone.entity == "point":
         chosen = np.zeros(len(mesh.points), dtype=bool)
         chosen[zone.members] = True
-        return 1, chosen[table].any(axis=1)
+        return 1, _touching(table, chosen)
     wanted = np.zeros(mesh.n_cells if zone.entity == "cell" else _n_faces(mesh), dtype=bool)
     wanted[zone.members] = True
     if zone.entity == "cell":
@@ -115,8 +117,13 @@ def _edges_of_zone(mesh: Mesh, zone: Zone, table: Ints) -> tuple[int, Mask]:
         points = [b.nodes[wanted[b.rows]].ravel() for b in mesh.boundary]
         chosen = np.zeros(len(mesh.points), dtype=bool)
         chosen[np.concatenate([*points, np.empty(0, np.int32)])] = True
-        return 1, chosen[table].any(axis=1)
+        return 1, _touching(table, chosen)
     return rank + 1, _among(table, _ends(mesh, mesh.boundary, wanted), len(mesh.points))
+
+
+def _touching(table: Ints, chosen: Mask) -> Mask:
+    """Rows of `table` with an end among the chosen points."""
+    return chosen[table[:, 0]] | chosen[table[:, 1]]
 
 
 def _n_faces(mesh: Mesh) -> int:
@@ -125,7 +132,7 @@ def _n_faces(mesh: Mesh) -> int:
 
 def _ends(mesh: Mesh, blocks: tuple[CellBlock, ...], wanted: Mask) -> Ints:
     """(k, 2) edges of the chosen cells or elements, repeats and all."""
-    found = [np.empty((0, 2), np.int32)]
+    found: list[Ints] = [np.empty((0, 2), np.int32)]
     for block in blocks:
         at = np.flatnonzero(wanted[block.rows])
         if not len(at):
@@ -201,7 +208,7 @@ def _table(facts: Facts, found: Requested) -> list[dict[str, Any]]:
     for k, region in enumerate(facts.options.sizes):
         here = (found.region == k) & np.isfinite(found.length)
         length = found.length[here]
-        figures = [float(f(length)) for f in (np.min, np.mean, np.max)] if len(length) else [None] * 3
+        figures = [plain(float(f(length))) for f in (np.min, np.mean, np.max)] if len(length) else [None] * 3
         rows.append(
             {
                 "name": region.name, "shape": region.shape, "wanted": region.size, "cells": found.cells[k],
@@ -251,6 +258,8 @@ def curve_counts(facts: Facts) -> list[dict[str, Any]]:
         h = np.fmin.reduce(size[here])
         if np.isfinite(h) and h > 0.0:
             total = float(length[here].sum())
+            if not total / h < 1e18:
+                continue
             expected = max(math.floor(total / h * (1.0 + 1e-9)), 1)
             rows.append(
                 {"curve": k, "length": total, "wanted": float(h), "edges": int(here.sum()), "expected": expected}

@@ -285,12 +285,12 @@ def block_sizes(
     for b in range(first.size):
         home = first[b]
         d = 0
-        used = np.full(directions, -1)
+        used = np.empty(directions, np.int64)
         for k in range(starts[home], starts[home + 1]):
             f = items[k]
             g = _across(home, f, offsets, nodes, starts, items)
             seen = False
-            for u in used:
+            for u in used[:d]:
                 seen |= u == f
             if g < 0 or seen or d == directions:
                 continue

@@ -11,6 +11,7 @@ from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.jumps import Jumps, box_sizes, find_jumps
 from meshwright.audit.mesh import Mesh
+from meshwright.audit.places import plain
 
 __all__ = ["ROWS"]
 
@@ -30,7 +31,7 @@ def size_jump(facts: Facts) -> Found | None:
     edges = [c for c in _CLASSES if c >= growth]
     detail: dict[str, Any] = {
         "growth": growth,
-        "max_ratio": float(jumps.ratio.max()),
+        "max_ratio": plain(float(jumps.ratio.max())),
         "ratio_classes": [growth, *(c for c in edges if c > growth), "inf"],
         "ratio_counts": np.histogram(jumps.ratio, [growth, *(c for c in edges if c > growth), np.inf])[0].tolist(),
         "worst": _worst(mesh, jumps),
@@ -57,7 +58,7 @@ def _worst(mesh: Mesh, jumps: Jumps) -> list[dict[str, Any]]:
         seen.add((a, b))
         ids = mesh.ids_of_cells([a, b]).tolist()
         sizes = [float(size[a]), float(size[b])]
-        found.append({"cell": ids[0], "neighbour": ids[1], "sizes": sizes, "ratio": float(jumps.ratio[k])})
+        found.append({"cell": ids[0], "neighbour": ids[1], "sizes": sizes, "ratio": plain(float(jumps.ratio[k]))})
         if len(found) == _LISTED:
             break
     return found

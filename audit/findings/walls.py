@@ -13,10 +13,11 @@ from meshwright.audit.findings.face_sets import faces_of_zone, wall_zones
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.polycells import face_vector
+from meshwright.audit.findings.shapes import FLAT
 from meshwright.audit.geometry import bounds
 from meshwright.audit.jit import kernel
-from meshwright.audit.mesh import NO_CELL, Ints, Mesh, Zone
-from meshwright.audit.places import plain
+from meshwright.audit.mesh import NO_CELL, Ints, Zone, index_array
+from meshwright.audit.places import plain, text
 
 __all__ = ["BELOW", "LEAST_ANGLE", "ROWS", "axis_of_rotation"]
 
@@ -53,7 +54,7 @@ def points_below_axis(facts: Facts) -> Found | None:
     if axis is None:
         return None
     low, high = 0.5 * bounds(mesh)
-    limit = -2.0 * BELOW * float(np.linalg.norm(high - low))
+    limit = -2.0 * BELOW * math.hypot(*(high - low).tolist())
     radius = mesh.points[:, 1 if axis == "x" else 0]
     rows = np.flatnonzero((radius < limit) & used_points(mesh))
     if not len(rows):
@@ -73,7 +74,8 @@ def wall_orthogonality(facts: Facts) -> Found | None:
     zones = wall_zones(mesh)
     if not zones or (mesh.dimension == 3 and mesh.cell_dimension == 2):
         return None
-    table, all_cells, low_cells = [], [], []
+    table: list[dict[str, Any]] = []
+    all_cells, low_cells = [], []
     for zone in zones:
         cells, angle = _angles(facts, zone)
         sure = np.isfinite(angle)
@@ -83,7 +85,7 @@ def wall_orthogonality(facts: Facts) -> Found | None:
         low = cells[angle < LEAST_ANGLE]
         table.append(
             {
-                "zone": zone.name, "faces": len(cells), "min": float(angle.min()), "mean": float(angle.mean()),
+                "zone": text(zone.name), "faces": len(cells), "min": float(angle.min()), "mean": float(angle.mean()),
                 "below": len(low),
             }
         )  # fmt: skip
@@ -120,9 +122,10 @@ def _angles(facts: Facts, zone: Zone) -> tuple[Ints, Floats]:
     at = np.concatenate([rows, inside])
     cells = np.concatenate([found.owner[rows], found.neighbour[inside]])
     angle = _wall_angles(
-        mesh.points, found.offsets, found.nodes, at, cells, facts.shapes.centre, mesh.dimension == 2, _scale(mesh)
-    )
-    idle = facts.shapes.flat[cells]
+        mesh.points, found.offsets, found.nodes, index_array(at), index_array(cells), facts.shapes.centre,
+        mesh.dimension == 2,
+    )  # fmt: skip
+    idle = np.abs(facts.shapes.relative[cells]) < FLAT
     for other in mesh.cell_zones:
         if other.role == "solid":
             solid = np.zeros(mesh.n_cells, dtype=bool)
@@ -132,17 +135,9 @@ def _angles(facts: Facts, zone: Zone) -> tuple[Ints, Floats]:
     return cells, angle
 
 
-def _scale(mesh: Mesh) -> float:
-    """A power of two that keeps products of four lengths in range."""
-    size = float(np.max(0.5 * (bounds(mesh)[1] - bounds(mesh)[0]), initial=0.0))
-    if not size > 0.0 or 1e-60 < size < 1e60:
-        return 1.0
-    return math.ldexp(1.0, -max(min(math.frexp(size)[1], 1020), -1020))
-
-
 @kernel
 def _wall_angles(
-    points: Floats, offsets: Ints, nodes: Ints, rows: Ints, cells: Ints, centre: Floats, flat: bool, scale: float
+    points: Floats, offsets: Ints, nodes: Ints, rows: Ints, cells: Ints, centre: Floats, flat: bool
 ) -> Floats:
     """Angle between each face's plane and the line from the cell's centre to the face's."""
     out = np.empty(rows.size)
@@ -150,6 +145,11 @@ def _wall_angles(
         first, last = offsets[rows[k]], offsets[rows[k] + 1]
         p = nodes[first]
         ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
+        extent = 0.0
+        for i in range(first + 1, last):
+            for d in range(3):
+                extent = max(extent, abs(points[nodes[i], d] - points[p, d]))
+        scale = 1.0 / extent
         if flat:
             q = nodes[last - 1]
             cx, cy, cz = 0.5 * scale * (points[q, 0] - ox), 0.5 * scale * (points[q, 1] - oy), 0.0

@@ -85,6 +85,8 @@ class Tile(NamedTuple):
     face (f, 3, L): area vectors, triangular faces first.  face_centre (f, 3, L), face_fan (f, L): centre of each face and
     the sum of its fan triangles' areas.  centre (3, L): of the cell.  volume (L,): signed volume in unit**3.
     dihedral (2, L): smallest and largest angle between faces in degrees.
+    nodal (4, L): of a second-order cell, smallest Jacobian and largest absolute one at its nodes, then at nodes and centres.
+    bow (3, L): of its edges, extremes of what the mid nodes do; see `second_order`.
     work (16, L): scratch.  tables: of the cell type.
     """
 
@@ -105,6 +107,8 @@ class Tile(NamedTuple):
     centre: NDArray[np.float64]
     dihedral: NDArray[np.float64]
     volume: NDArray[np.float64]
+    nodal: NDArray[np.float64]
+    bow: NDArray[np.float64]
     work: NDArray[np.float64]
     tables: Tables
 
@@ -126,7 +130,7 @@ def _new_tile(type_name: str) -> Tile:
         "diagonal_range": (2,), "jacobian_range": (2,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
         "face": (n_faces, 3), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,), "dihedral": (2,),
-        "volume": (), "work": (16,),
+        "volume": (), "nodal": (4,), "bow": (3,), "work": (16,),
     }  # fmt: skip
     return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
 

@@ -18,7 +18,19 @@ from math import factorial, prod
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Field", "basis", "corners", "derivative", "elevated", "indices", "product_terms", "split_matrices"]
+__all__ = [
+    "Domain",
+    "Field",
+    "Index",
+    "Point",
+    "basis",
+    "corners",
+    "derivative",
+    "elevated",
+    "indices",
+    "product_terms",
+    "split_matrices",
+]
 
 Domain = tuple[int, ...]
 Degree = tuple[int, ...]
@@ -42,7 +54,9 @@ class Field:
         """Weights of the n nodes in the value at a point."""
         weights = basis(self.domain, self.degree, point)
         used = [k for k, weight in enumerate(weights) if weight]
-        return [sum((weights[k] * Fraction(self.rows[k, j]) for k in used), Fraction(0)) for j in range(self.rows.shape[1])]
+        return [
+            sum((weights[k] * Fraction(self.rows[k, j]) for k in used), Fraction(0)) for j in range(self.rows.shape[1])
+        ]
 
 
 @cache
@@ -70,7 +84,8 @@ def _multinomial(index: Index) -> int:
 def basis(domain: Domain, degree: Degree, point: Point) -> list[Fraction]:
     """Values of the basis functions at a point."""
     return [
-        Fraction(_multinomial(index)) * prod(x**e for part, at in zip(index, point, strict=True) for e, x in zip(part, at, strict=True))
+        Fraction(_multinomial(index))
+        * prod(x**e for part, at in zip(index, point, strict=True) for e, x in zip(part, at, strict=True))
         for index in indices(domain, degree)
     ]
 
@@ -118,7 +133,7 @@ def elevated(field: Field, factor: int) -> Field:
 
 
 def product_terms(domain: Domain, first: Degree, second: Degree) -> list[tuple[int, int, int, Fraction]]:
-    """(row of the product, row of the first, row of the second, weight) in that order; the weights of a row add up to 1."""
+    """(row of the product, row of the first, row of the second, weight), sorted; the weights of a row add up to 1."""
     total = tuple(p + q for p, q in zip(first, second, strict=True))
     place = _place(domain, total)
     terms = []
@@ -130,13 +145,19 @@ def product_terms(domain: Domain, first: Degree, second: Degree) -> list[tuple[i
 
 
 @cache
-def split_matrices(dimension: int, degree: int) -> tuple[tuple[NDArray[np.float64], ...], tuple[tuple[tuple[Fraction, ...], ...], ...]]:
+def split_matrices(
+    dimension: int, degree: int
+) -> tuple[tuple[NDArray[np.float64], ...], tuple[tuple[tuple[Fraction, ...], ...], ...]]:
     """How a polynomial on a simplex of dimension 1 to 3 is written on its 2, 4 or 8 congruent or equally large parts.
 
     Returns (matrices, parts): a matrix (k, k) for each part, exact in floats, and the part's vertices in barycentric
     coordinates of the whole.
     """
-    half = {(i, j): tuple(Fraction((k == i) + (k == j), 2) for k in range(dimension + 1)) for i in range(dimension + 1) for j in range(i, dimension + 1)}
+    half = {
+        (i, j): tuple(Fraction((k == i) + (k == j), 2) for k in range(dimension + 1))
+        for i in range(dimension + 1)
+        for j in range(i, dimension + 1)
+    }
     names = {1: ["00 01", "01 11"], 2: ["00 01 02", "01 11 12", "02 12 22", "01 12 02"],
              3: ["00 01 02 03", "01 11 12 13", "02 12 22 23", "03 13 23 33",
                  "01 02 03 13", "01 12 02 13", "02 03 13 23", "02 13 12 23"]}[dimension]  # fmt: skip

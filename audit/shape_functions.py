@@ -15,7 +15,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.bernstein import Domain, Field, Point, derivative, elevated, indices
+from meshwright.audit.bernstein import Domain, Field, Index, Point, derivative, elevated, indices
 from meshwright.audit.cells import CELL_TYPES
 
 __all__ = ["DOMAINS", "gradient_table", "nodal_points", "position", "tangents", "values_at"]
@@ -39,10 +39,10 @@ _CORNERS: dict[str, tuple[tuple[int, ...], ...]] = {
 _FULL_CENTRES = {"quad9": ((0, 2),), "hex27": ((0, 7), (1, 6), (0, 5), (3, 6), (0, 2), (4, 6), (0, 6))}
 """Opposite corners about the nodes in the middle of faces and body, in node order."""
 
-Rows = dict[tuple[tuple[int, ...], ...], NDArray[np.float64]]
+Rows = dict[Index, NDArray[np.float64]]
 
 
-def _between(domain: Domain, a: tuple[int, ...], b: tuple[int, ...]) -> tuple[tuple[int, ...], ...]:
+def _between(domain: Domain, a: tuple[int, ...], b: tuple[int, ...]) -> Index:
     """The index of degree 2 half-way between two corners."""
     return tuple(tuple((i == p) + (i == q) for i in range(d + 1)) for d, p, q in zip(domain, a, b, strict=True))
 
@@ -61,41 +61,44 @@ def _lattice(name: str) -> Rows:
     return rows
 
 
-def _serendipity(index: tuple[tuple[int, ...], ...], rows: Rows) -> NDArray[np.float64]:
-    """The middle of a face from its corners (-1/4) and edges (1/2), of a body from its corners (-1/4) and edges (1/4)."""
+def _serendipity(index: Index, rows: Rows) -> NDArray[np.float64]:
+    """The middle of a face is edges / 2 - corners / 4, summed, that of a body edges / 4 - corners / 4."""
     ends = [[v for v, e in enumerate(part) if e] for part in index]  # the two vertices of a factor, or the one
-    half = [len(vertices) == 2 for vertices in ends]  # noqa: PLR2004
+    half = [len(vertices) == 2 for vertices in ends]
     total = np.zeros(len(next(iter(rows.values()))))
-    for choice in product(*([(v, v) for v in e] + ([(e[0], e[1])] if h else []) for e, h in zip(ends, half, strict=True))):
+    for choice in product(
+        *([(v, v) for v in e] + ([(e[0], e[1])] if h else []) for e, h in zip(ends, half, strict=True))
+    ):
         crossed = sum(a != b for a, b in choice)
-        place = tuple(tuple((i == a) + (i == b) for i in range(len(part))) for (a, b), part in zip(choice, index, strict=True))
+        place = tuple(
+            tuple((i == a) + (i == b) for i in range(len(part))) for (a, b), part in zip(choice, index, strict=True)
+        )
         if crossed == 0:
             total -= 0.25 * rows[place]
         elif crossed == 1:
-            total += (0.5 if sum(half) == 2 else 0.25) * rows[place]  # noqa: PLR2004
+            total += (0.5 if sum(half) == 2 else 0.25) * rows[place]
     return total
 
 
 def _interpolating(domain: Domain, rows: Rows) -> Field:
-    """The polynomial of degree 2 with these values on its lattice: across an edge the coefficient is 2 m - (a + b) / 2."""
+    """The polynomial of degree 2 with these values on its lattice: an edge's coefficient is 2 m - (a + b) / 2."""
+
+    def end(index: Index, factor: int, vertex: int) -> Index:
+        part = tuple(2 * (i == vertex) for i in range(domain[factor] + 1))
+        return (*index[:factor], part, *index[factor + 1 :])
+
     for factor in range(len(domain)):
         done: Rows = {}
         for index, row in rows.items():
-            ends = [v for v, e in enumerate(index[factor]) if e == 1]
-            if ends:
-                a, b = (
-                    rows[(*index[:factor], tuple(2 * (i == v) for i in range(domain[factor] + 1)), *index[factor + 1 :])]
-                    for v in ends
-                )
-                row = 2.0 * row - 0.5 * (a + b)
-            done[index] = row
+            ends = [rows[end(index, factor, v)] for v, e in enumerate(index[factor]) if e == 1]
+            done[index] = 2.0 * row - 0.5 * (ends[0] + ends[1]) if ends else row
         rows = done
     degree = (2,) * len(domain)
     return Field(domain, degree, np.array([rows[index] for index in indices(domain, degree)]))
 
 
 def _pyramid() -> tuple[Field, Field, Field]:
-    """Bernstein coefficients along w as fields of degree (2, 2) in u and v: base, half-way (with its factor 2 left out), apex.
+    """Bernstein coefficients along w as fields of degree (2, 2) in u and v: at the base, half-way, at the apex.
 
     The base is a quadrilateral of 8 nodes; a lateral edge is a parabola, and between the four of them all is bilinear.
     """
@@ -166,20 +169,24 @@ def nodal_points(name: str) -> list[Point]:
 
     cell = CELL_TYPES[name]
     if name == "pyramid13":
-        edges = [along(zero, a, b) if b != 4 else along(half, a) for a, b in cell.edges]  # noqa: PLR2004
+        edges = [along(zero, a, b) if b != 4 else along(half, a) for a, b in cell.edges]
         return [along(zero, c) for c in range(4)] + [along(one, c) for c in range(4)] + edges
     places = list(_lattice(name))[: cell.n_nodes]
     return [tuple(tuple(Fraction(e, 2) for e in part) for part in index) for index in places]
 
 
 def _centres(name: str) -> list[Point]:
-    """Centres of the faces and of the body, as far as they are no nodes; of a pyramid's body at a quarter of the height."""
+    """Centres of the faces and of the body that are no nodes; of a pyramid's body at a quarter of the height."""
     cell = CELL_TYPES[name]
     if name in ("quad9", "hex27"):
         return []
     if name == "pyramid13":
         half, third, one = Fraction(1, 2), Fraction(1, 3), Fraction(1)
-        uv = [(half, half, Fraction(0))] + [(half, one * k, third) for k in (0, 1)] + [(one * k, half, third) for k in (0, 1)]
+        uv = (
+            [(half, half, Fraction(0))]
+            + [(half, one * k, third) for k in (0, 1)]
+            + [(one * k, half, third) for k in (0, 1)]
+        )
         return [tuple((1 - x, x) for x in p) for p in [*uv, (half, half, Fraction(1, 4))]]
     nodes = nodal_points(name)[: cell.n_corners]
     groups = [face for face in cell.faces if len(face) < cell.n_corners] + [tuple(range(cell.n_corners))]

@@ -7,22 +7,16 @@ smallest and the largest of them (Johnen, Remacle, Geuzaine, Journal of Computat
 
 from __future__ import annotations
 
-from functools import cache
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.bernstein import corners, product_terms
-from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.findings.bezier_tables import Bends, Formula
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
-from meshwright.audit.shape_functions import DOMAINS, nodal_points, position, tangents
 
-__all__ = ["FLAT", "SHELL", "SOLID", "Bends", "Formula", "bends", "determinants", "formula", "gather", "prove"]
+__all__ = ["FLAT", "SHELL", "SOLID", "determinants", "gather", "new_scratch", "prove"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 SOLID, FLAT, SHELL = 0, 1, 2
 """What a cell is: a solid, in the x-y plane, or a surface in space, seen along the normal of its corners."""
@@ -33,101 +27,12 @@ _GROUP = 32
 _UNIT = 2.0**-53
 
 
-class Formula(NamedTuple):
-    """How the coefficients of a type's determinant follow from its nodes.
-
-    derivative (a, 2), derivative_weight: (row, node) of the sparse matrix that makes the coefficients of the two or three
-    derivatives.  count (3,): how many each has, 0 for the third of a surface.  cross (b, 3), cross_weight: (row, of the
-    first, of the second) of their cross product.  dot (c, 3), dot_weight: (row, of the cross product, of the third) of the
-    determinant.  size (2,): coefficients of cross product and determinant.  corner: rows of the determinant that are
-    values at the corners of the domain.  rounding (4,): see `determinants`.  n_corners (1,): nodes of the linear cell.
-    """
-
-    derivative: Ints
-    derivative_weight: Floats
-    count: Ints
-    cross: Ints
-    cross_weight: Floats
-    dot: Ints
-    dot_weight: Floats
-    size: Ints
-    corner: Ints
-    rounding: Floats
-    n_corners: Ints
-
-
-def _terms(terms: list[tuple[int, int, int, object]]) -> tuple[Ints, Floats, int, int]:
-    """Rows, weights, number of results, most terms of one result."""
-    rows = np.array([term[:3] for term in terms], dtype=np.int64)
-    weights = np.array([float(term[3]) for term in terms])  # type: ignore[arg-type]
-    counts = np.bincount(rows[:, 0])
-    return rows, weights, len(counts), int(counts.max())
-
-
-@cache
-def formula(name: str) -> Formula:
-    """Of a type of first or second order."""
-    domain, fields = DOMAINS[name], tangents(name)
-    matrix = np.concatenate([field.rows for field in fields])
-    where = np.argwhere(matrix != 0.0)
-    degree = tuple(p + q for p, q in zip(fields[0].degree, fields[1].degree, strict=True))
-    cross, cross_weight, n_cross, most_cross = _terms(product_terms(domain, fields[0].degree, fields[1].degree))
-    if len(fields) == 3:  # noqa: PLR2004
-        dot, dot_weight, n_dot, most_dot = _terms(product_terms(domain, degree, fields[2].degree))
-        degree = tuple(p + q for p, q in zip(degree, fields[2].degree, strict=True))
-    else:
-        dot, dot_weight = np.array([(k, k, 0) for k in range(n_cross)], dtype=np.int64), np.ones(n_cross)
-        n_dot, most_dot = n_cross, 1
-    # a sum of m products of a node's coordinate (off by one rounding) is off by m + 1 roundings of its terms
-    slack = [float(max((np.count_nonzero(row) + 1) * np.abs(row).sum() for row in field.rows)) for field in fields]
-    slack += [0.0] * (3 - len(slack))
-    products = float(most_cross + 4 + most_dot + 5)
-    counts = [len(field.rows) for field in fields] + [0] * (3 - len(fields))
-    return Formula(
-        np.ascontiguousarray(where),
-        matrix[where[:, 0], where[:, 1]],
-        np.array(counts, dtype=np.int64),
-        cross,
-        cross_weight,
-        dot,
-        dot_weight,
-        np.array([n_cross, n_dot], dtype=np.int64),
-        np.array(corners(domain, degree), dtype=np.int64),
-        np.array([*slack, products]),
-        np.array([CELL_TYPES[name].n_corners], dtype=np.int64),
-    )
-
-
-class Bends(NamedTuple):
-    """How far a cell of second order is from the linear one of its corners.
-
-    node (a, 2), weight: (row, node) of the sparse matrix that subtracts from each other node where it would be in the linear
-    cell.  reach (3,): a bend of 1 changes no derivative by more.
-    """
-
-    node: Ints
-    weight: Floats
-    reach: Floats
-
-
-@cache
-def bends(name: str) -> Bends:
-    """Of a second-order type."""
-    cell, matrix = CELL_TYPES[name], np.eye(CELL_TYPES[name].n_nodes)
-    linear = position(cell.corners)
-    for j, point in enumerate(nodal_points(name)[-cell.n_nodes + cell.n_corners :], start=cell.n_corners):
-        matrix[j, : cell.n_corners] -= [float(x) for x in linear.at(point)]
-    matrix[: cell.n_corners] = 0.0
-    where = np.argwhere(matrix != 0.0)
-    reach = [float(np.abs(field.rows[:, cell.n_corners :]).sum(1).max()) for field in tangents(name)]
-    weight = matrix[where[:, 0], where[:, 1]]
-    where[:, 0] -= cell.n_corners
-    return Bends(np.ascontiguousarray(where), weight, np.array(reach + [0.0] * (3 - len(reach))))
-
-
 @inner
 def gather(points, nodes, row, x, lane):  # type: ignore[no-untyped-def]
-    """Nodes of one cell into x[:, :, lane], relative to the first, in units that keep products finite; False if broken."""
+    """Nodes of one cell into x[:, :, lane], relative to the first, in units that keep products finite.
+
+    False for a cell with a coordinate that is not finite.
+    """
     extent = 0.0
     for j in range(x.shape[0]):
         for d in range(3):
@@ -149,8 +54,8 @@ def determinants(x, way, kind, t, c, out, largest, rounding):  # type: ignore[no
 
     Rounding, with u = 2**-53, e the largest coordinate, a, b, c the largest components of the three derivatives: a
     derivative is off by s u e, s the largest (m + 1) sum |weight| over its rows of m weights; a determinant has six
-    products, so that it is off by 6 u (s_a e b c + s_b e a c + s_c e a b + r a b c), where r counts the roundings on the
-    way from derivatives to a coefficient; its weights add up to 1. A quarter more covers what is of second order.
+    products, so that it is off by 6 u (s_a e b c + s_b e a c + s_c e a b + r a b c), where r counts the roundings on
+    the way from derivatives to a coefficient; its weights add up to 1. A quarter more covers what is of second order.
     """
     lanes = x.shape[2]
     t[:] = 0.0
@@ -160,7 +65,7 @@ def determinants(x, way, kind, t, c, out, largest, rounding):  # type: ignore[no
             to, of = t[row, d], x[node, d]
             for i in range(lanes):
                 to[i] += weight * of[i]
-    first, second = way.count[0], way.count[1]
+    first, second = way.counts[0], way.counts[1]
     third = first + second
     if kind != SOLID:
         _normals(x, way, kind, t[third])
@@ -199,7 +104,7 @@ def _widen(largest, vector):  # type: ignore[no-untyped-def]
 def _normals(x, way, kind, out):  # type: ignore[no-untyped-def]
     """The direction from which surfaces are seen: up, or the area vector of their corners."""
     last = way.n_corners[0] - 1
-    p, q, r, s = (0, 1, 0, 2) if last == 2 else (0, 2, 1, 3)  # noqa: PLR2004
+    p, q, r, s = (0, 1, 0, 2) if last == 2 else (0, 2, 1, 3)
     for i in range(x.shape[2]):
         ux, uy, uz = x[q, 0, i] - x[p, 0, i], x[q, 1, i] - x[p, 1, i], x[q, 2, i] - x[p, 2, i]
         vx, vy, vz = x[s, 0, i] - x[r, 0, i], x[s, 1, i] - x[r, 1, i], x[s, 2, i] - x[r, 2, i]
@@ -209,8 +114,9 @@ def _normals(x, way, kind, out):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _scratch(way, kind, lanes):  # type: ignore[no-untyped-def]
-    derivatives = way.count.sum() + (1 if kind != SOLID else 0)
+def new_scratch(way, kind, lanes):  # type: ignore[no-untyped-def]
+    """Room for the derivatives, the cross product and the determinant of cells side by side."""
+    derivatives = way.counts.sum() + (1 if kind != SOLID else 0)
     return np.empty((derivatives, 3, lanes)), np.empty((way.size[0], 3, lanes)), np.empty((way.size[1], lanes))
 
 
@@ -226,7 +132,7 @@ def _lowest(out, sign, low):  # type: ignore[no-untyped-def]
 
 @inner
 def _bent(x, bend, largest, change):  # type: ignore[no-untyped-def]
-    """How much the bends of a cell can change the determinants of its linear cell, whose derivatives are in `largest`."""
+    """How much the bends of a cell can change the determinants of its linear cell; `largest` is that one's."""
     lanes = len(change)
     row, most, off = -1, np.zeros(lanes), np.zeros((3, lanes))
     for k in range(len(bend.node)):
@@ -263,8 +169,8 @@ def prove(
     """
     n, lanes = nodes.shape[1], _GROUP
     x, largest = np.zeros((n, 3, lanes)), np.empty((4, lanes))
-    t, c, out = _scratch(way, kind, lanes)
-    t1, c1, out1 = _scratch(linear, kind, lanes)
+    t, c, out = new_scratch(way, kind, lanes)
+    t1, c1, out1 = new_scratch(linear, kind, lanes)
     rounding, change, low = np.empty(lanes), np.empty(lanes), np.empty(lanes)
     sound, side = np.empty(lanes, np.bool_), np.empty(lanes)
     for start in range(0, len(nodes), lanes):

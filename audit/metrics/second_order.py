@@ -167,7 +167,9 @@ def smallest_of_surface(tile: Tile, out: Lane) -> None:
 
 
 _APEX = "The apex of a pyramid counts with the limits along its four edges."
-_NORMAL = "Of a surface cell J is the length of its normal, negative where that turns against the normal of the corners."
+_NORMAL = (
+    "Of a surface cell J is the length of its normal, negative where that turns against the normal of the corners."
+)
 
 ROWS = (
     Metric(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from functools import cache
+from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -17,7 +17,19 @@ from meshwright.audit.findings.bezier_tables import Formula
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.shape_functions import DOMAINS, tangents
 
-__all__ = ["INVALID", "LEVELS", "UNDECIDED", "VALID", "Cuts", "cuts", "exact_sign", "point_of", "search"]
+__all__ = [
+    "FIRST_BUDGET",
+    "INVALID",
+    "LEVELS",
+    "UNDECIDED",
+    "VALID",
+    "Cuts",
+    "budget_for",
+    "cuts",
+    "exact_sign",
+    "point_of",
+    "search",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -27,8 +39,11 @@ VALID, INVALID, UNDECIDED = 1, 2, 3
 LEVELS = 36
 """Cuts on the way to the smallest part: 12 along each axis of a hexahedron, parts of 1/4096 of it."""
 
-_BUDGET = 2048
-"""Parts of a cell to look at; a hexahedron that needs all of them takes a few milliseconds."""
+FIRST_BUDGET = 64
+"""Parts to look at in each open cell; enough for nearly all."""
+
+_MOST, _ALL = 1 << 11, 1 << 22
+"""Parts to look at in a cell still open then, and in all of those together: a minute on one processor at the most."""
 
 _MOST_PARTS = 8
 
@@ -126,7 +141,7 @@ def _witness(values, off, corner, known):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _explore(first, off, cut, corner, path):  # type: ignore[no-untyped-def]
+def _explore(first, off, cut, corner, budget, path):  # type: ignore[no-untyped-def]
     """Depth first, the worst part next. Returns (state, levels of `path`, corner of that part, value there).
 
     first (m, q): coefficients of the whole cell, none off by more than `off`.  path (LEVELS,): filled with the cuts
@@ -153,7 +168,7 @@ def _explore(first, off, cut, corner, path):  # type: ignore[no-untyped-def]
     _copy(first, values[0])
     offs[0], level[0] = off, 0
     top, looked, opened = 0, 1, False
-    while top >= 0 and looked < _BUDGET:
+    while top >= 0 and looked < budget:
         here, factor = level[top], level[top] % len(cut.parts)
         if here == LEVELS:
             opened = True
@@ -202,22 +217,24 @@ def search(
     way: Formula,
     cut: Cuts,
     kind: int,
+    budget: int,
     sign: NDArray[np.int8],
     state: NDArray[np.int8],
-    path: NDArray[np.int64],
+    path: NDArray[np.int8],
     place: NDArray[np.int64],
     value: Floats,
 ) -> None:
     """Judge cells of one type one by one.
 
-    nodes (cells, n), sign (cells,).  Filled: state (cells,), path (cells, LEVELS), place (cells, 2): length of the path
-    and corner of the part; see `point_of`.  value (cells,): determinant there over the largest absolute coefficient.
+    nodes (cells, n), sign (cells,).  budget: parts of a cell to look at.  Filled: state (cells,), path (cells, LEVELS),
+    place (cells, 2): length of the path and corner of the part; see `point_of`.  value (cells,): determinant there over
+    the largest absolute coefficient.
     A surface in space that turns away from the normal of its corners is VALID if it has a normal throughout.
     Releases the GIL.
     """
     x, largest, rounding = np.zeros((nodes.shape[1], 3, 1)), np.empty((4, 1)), np.empty(1)
     t, c, out = new_scratch(way, kind, 1)
-    normals, aside = np.empty((way.size[0], 3)), np.empty(LEVELS, np.int64)
+    normals, aside = np.empty((way.size[0], 3)), np.empty(LEVELS, np.int8)
     for k in range(len(nodes)):
         state[k], place[k, 0], place[k, 1], value[k] = UNDECIDED, -1, -1, np.nan
         if not gather(points, nodes, k, x, 0):
@@ -228,18 +245,23 @@ def search(
             out[j, 0] *= sign[k]
             mean += out[j, 0]
             most = max(most, abs(out[j, 0]))
-        found, levels, v, there = _explore(out, rounding[0], cut, way.corner, path[k])
+        found, levels, v, there = _explore(out, rounding[0], cut, way.corner, budget, path[k])
         if found != VALID and kind == SHELL and mean > 0.0 and largest[2, 0] > 0.0:
             for j in range(len(c)):
                 for d in range(3):
                     normals[j, d] = c[j, d, 0]
             # the bound holds for n . (a x b); divided by the largest component of n, it does for those of a x b
-            regular, _, _, _ = _explore(normals, rounding[0] / largest[2, 0], cut, way.corner, aside)
+            regular, _, _, _ = _explore(normals, rounding[0] / largest[2, 0], cut, way.corner, budget, aside)
             found = VALID if regular == VALID else found
         state[k], place[k, 0], place[k, 1], value[k] = found, levels, v, there / most if most > 0.0 else 0.0
 
 
-def point_of(name: str, path: NDArray[np.int64], levels: int, corner: int) -> Point:
+def budget_for(n: int) -> int:
+    """Parts to look at in each of n cells that the first budget left open."""
+    return max(FIRST_BUDGET, min(_MOST, _ALL // max(n, 1)))
+
+
+def point_of(name: str, path: NDArray[np.int8], levels: int, corner: int) -> Point:
     """The corner of the part to which a path leads, as a point of the type's domain."""
     domain = DOMAINS[name]
     parts = [[tuple(Fraction(int(i == v)) for i in range(d + 1)) for v in range(d + 1)] for d in domain]
@@ -263,13 +285,18 @@ def exact_sign(name: str, nodes: Floats, point: Point, kind: int) -> int:
     """
     x = [[Fraction(value) for value in row] for row in nodes.tolist()]
     rows = [
-        [sum((w * p[d] for w, p in zip(field.at(point), x, strict=True) if w), Fraction(0)) for d in range(3)]
-        for field in tangents(name)
+        [sum((w * x[j][d] for j, w in weights), Fraction(0)) for d in range(3)] for weights in _weights(name, point)
     ]
     if kind != SOLID:
         rows.append(_normal(name, x) if kind == SHELL else [Fraction(0), Fraction(0), Fraction(1)])
     value = sum(a * b for a, b in zip(_cross(rows[0], rows[1]), rows[2], strict=True))
     return (value > 0) - (value < 0)
+
+
+@lru_cache(4096)
+def _weights(name: str, point: Point) -> list[list[tuple[int, Fraction]]]:
+    """Nodes and their weights in the derivatives at a point."""
+    return [[(j, w) for j, w in enumerate(field.at(point)) if w] for field in tangents(name)]
 
 
 def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:

@@ -9,14 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meshwright.audit.bernstein import Point
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings.bezier import FLAT, SHELL, SOLID, prove
 from meshwright.audit.findings.bezier_search import (
+    FIRST_BUDGET,
     INVALID,
     LEVELS,
     UNDECIDED,
     VALID,
+    budget_for,
     cuts,
     exact_sign,
     point_of,
@@ -25,7 +28,7 @@ from meshwright.audit.findings.bezier_search import (
 from meshwright.audit.findings.bezier_tables import bends, formula
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.mesh import CellBlock, Mesh
+from meshwright.audit.mesh import CellBlock, Ints, Mesh
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.shape_functions import values_at
 
@@ -39,7 +42,7 @@ _FEW = 256
 """Cells that a thread searches at a time."""
 
 _EXACT = 5000
-"""Cells decided in rational arithmetic at the most, a third of a millisecond each; more stay undecided."""
+"""Cells of a block decided in rational arithmetic at the most, half a millisecond each; more stay undecided."""
 
 _SHOWN = 20
 """Cells whose witness a finding shows."""
@@ -100,26 +103,53 @@ def _judge(mesh: Mesh, block: CellBlock, sound: NDArray[np.bool_], sign: NDArray
     curved.state[block.rows[proven & sound]] = VALID
     rest = np.flatnonzero(sound & ~proven)
     rest = rest[np.isfinite(mesh.points[block.nodes[rest]]).all(axis=(1, 2))]
-    n = len(rest)
-    state, value = np.empty(n, dtype=np.int8), np.empty(n)
-    path, place = np.empty((n, LEVELS), dtype=np.int64), np.empty((n, 2), dtype=np.int64)
+    for first in (True, False):
+        if not len(rest):
+            break
+        found = _search(mesh, block, rest, sign[rest], kind, FIRST_BUDGET if first else budget_for(len(rest)))
+        curved.state[block.rows[rest]] = found.state
+        for k in np.flatnonzero(found.state == INVALID)[:_SHOWN].tolist():
+            weights = np.array(values_at(name, found.point(name, k)), dtype=np.float64)
+            at = weights @ mesh.points[block.nodes[rest[k]]]
+            curved.witness[int(block.rows[rest[k]])] = (at, min(0.0, float(found.value[k])))
+        rest = rest[found.state == UNDECIDED]
+
+
+@dataclass(frozen=True, eq=False)
+class _Searched:
+    """What `search` fills."""
+
+    state: NDArray[np.int8]
+    path: NDArray[np.int8]
+    place: NDArray[np.int64]
+    value: NDArray[np.float64]
+
+    def point(self, name: str, k: int) -> Point:
+        """Where the determinant of cell k is 0 or less, or may be."""
+        levels, corner = self.place[k].tolist()
+        return point_of(name, self.path[k], levels, corner)
+
+
+def _search(mesh: Mesh, block: CellBlock, rows: Ints, sign: NDArray[np.int8], kind: int, budget: int) -> _Searched:
+    """Search those rows of a block; points at which the sign does not show are decided in rational arithmetic."""
+    name, n = block.type, len(rows)
+    found = _Searched(
+        np.empty(n, dtype=np.int8), np.empty((n, LEVELS), dtype=np.int8), np.empty((n, 2), dtype=np.int64), np.empty(n)
+    )
+    way, cut = formula(name), cuts(name)
 
     def look(start: int) -> None:
         part = slice(start, start + _FEW)
-        nodes, signs = block.nodes[rest[part]], sign[rest[part]]
-        search(mesh.points, nodes, way, cuts(name), kind, signs, state[part], path[part], place[part], value[part])
+        results = (found.state[part], found.path[part], found.place[part], found.value[part])
+        search(mesh.points, block.nodes[rows[part]], way, cut, kind, budget, sign[part], *results)
 
     for _ in in_parallel(look, range(0, n, _FEW)):
         pass
-    for k in np.flatnonzero((state == UNDECIDED) & (place[:, 0] >= 0))[:_EXACT].tolist():
-        point = point_of(name, path[k], *place[k].tolist())
-        if exact_sign(name, mesh.points[block.nodes[rest[k]]], point, kind) * sign[rest[k]] <= 0:
-            state[k] = INVALID
-    curved.state[block.rows[rest]] = state
-    for k in np.flatnonzero(state == INVALID)[:_SHOWN].tolist():
-        weights = np.array(values_at(name, point_of(name, path[k], *place[k].tolist())), dtype=np.float64)
-        where = weights @ mesh.points[block.nodes[rest[k]]]
-        curved.witness[int(block.rows[rest[k]])] = (where, min(0.0, float(value[k])))
+    for k in np.flatnonzero((found.state == UNDECIDED) & (found.place[:, 0] >= 0))[:_EXACT].tolist():
+        side = exact_sign(name, mesh.points[block.nodes[rows[k]]], found.point(name, k), kind)
+        if side * int(sign[k]) <= 0:
+            found.state[k] = INVALID
+    return found
 
 
 def curved_invalid_cells(facts: Facts) -> Found | None:

@@ -96,6 +96,8 @@ class Tile(NamedTuple):
     two triangles of a quadrilateral face, cut along either diagonal.  slant (L,): of the face that stands least at right
     angles to the line from the cell's centre to its own, signed square of the cotangent between its normal and that line.
     corner (7, L): of a quad, wedge or hex, extremes over its corners for Verdict's metrics; see `verdict_corners`.
+    nodal (4, L): of a second-order cell, smallest Jacobian and largest absolute one at its nodes, then at nodes and centres.
+    bow (3, L): of its edges, extremes of what the mid nodes do; see `second_order`.
     work (16, L): scratch.  tables: of the cell type.
     """
 
@@ -122,6 +124,8 @@ class Tile(NamedTuple):
     warp: NDArray[np.float64]
     slant: NDArray[np.float64]
     volume: NDArray[np.float64]
+    nodal: NDArray[np.float64]
+    bow: NDArray[np.float64]
     work: NDArray[np.float64]
     tables: Tables
 
@@ -144,7 +148,7 @@ def _new_tile(type_name: str) -> Tile:
         "face_shape": (6,), "gauss": (3,), "corner": (7,),
         "angle": (4,), "shapeless": (2,), "jacobian": (len(t.triads),), "axis": (3, 3), "mode": (4, 3),
         "face": (n_faces, 3), "area2": (n_faces,), "face_centre": (n_faces, 3), "face_fan": (n_faces,), "centre": (3,),
-        "dihedral": (2,), "warp": (), "slant": (), "volume": (), "work": (16,),
+        "dihedral": (2,), "warp": (), "slant": (), "volume": (), "nodal": (4,), "bow": (3,), "work": (16,),
     }  # fmt: skip
     return Tile(**{name: np.zeros((*dims, LANES)) for name, dims in shape.items()}, tables=t)
 

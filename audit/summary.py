@@ -51,8 +51,8 @@ def summarise(
 
     zone: count only the cells of cell zones whose name matches this pattern (`*`, `?`, `[...]`); UsageError when
     none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
-    worst cells.  sha256: of the file; computed from `mesh.path` when None.  profiles: whose limits the mesh has to keep.
-    compare: profiles to set side by side under "rosetta"; they do not count for the verdict.
+    worst cells.  sha256: of the file; computed from `mesh.path` when None.  profiles: whose limits the mesh has to
+    keep.  compare: profiles to set side by side under "rosetta"; they do not count for the verdict.
 
     The verdict (`gate`): "incomplete" when a coordinate is not finite; else "fail" when a check reports an error or a
     rule fails; else "incomplete" when no chosen metric is defined for the type of some cell, a rule cannot be decided,

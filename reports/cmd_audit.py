@@ -25,7 +25,9 @@ FORMATS = ("text", "json", "md", "csv")
     help="Judge by the limits of a file: an OpenFOAM meshQualityDict, HyperMesh criteria, or TOML as "
     "`meshwright profiles export` writes it.",
 )
-@click.option("--metrics", default="default", metavar="default|all|ID,ID", help="What to measure, beside what limits need.")
+@click.option(
+    "--metrics", default="default", metavar="default|all|ID,ID", help="What to measure, beside what limits need."
+)
 @click.option("--zone", metavar="GLOB", help="Count only the cells of matching zones.")
 @click.option("--format", "output", type=click.Choice(FORMATS), default="text", help="Of the result on stdout.")
 @click.option("-o", "--output-file", metavar="FILE", help="Write the result there instead of to stdout.")
@@ -39,7 +41,9 @@ FORMATS = ("text", "json", "md", "csv")
     help="Whose customs hold for element order and 1-D elements. Default: the profile's.",
 )
 @click.option(
-    "--axis", type=click.Choice(("x", "y")), help="Axis of rotation of an axisymmetric 2-D mesh: no point may lie below."
+    "--axis",
+    type=click.Choice(("x", "y")),
+    help="Axis of rotation of an axisymmetric 2-D mesh: no point may lie below.",
 )
 @click.option("--unit", metavar="mm|cm|m|in|FLOAT", help="Unit of length of the mesh, or its millimetres.")
 @click.option(

@@ -21,7 +21,7 @@ from meshwright.reports.limits import (
     worst_text,
 )
 from meshwright.reports.text_tables import section
-from meshwright.reports.wording import figure, name, plural
+from meshwright.reports.wording import figure, name, number, plural
 
 __all__ = ["STYLES", "gate_tables", "rosetta_tables"]
 
@@ -112,7 +112,7 @@ def _members(members: list[dict[str, Any]]) -> Grid:
             member["name"],
             beside(member["worst"], member["limit"], member["unit"]),
             figure(member["mean"], member["unit"]),
-            "" if member["limit"] is None else f"{member['limit']:.6g}",
+            "" if member["limit"] is None else f"{number(member['limit']):.6g}",
             Text(state or "", style=STYLES.get(state or "", "")),
             member["scale"],
             formula,

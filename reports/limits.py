@@ -49,11 +49,11 @@ def _plain(value: float) -> str:
     return f"{value:.12g}"
 
 
-def beside(value: Any, limit: float | None, unit: str = "1") -> str:
+def beside(value: Any, limit: Any, unit: str = "1") -> str:
     """A measured value with as many digits as set it apart from its limit: it never rounds onto or past it."""
     text = figure(value, unit)
-    x = number(value)
-    if limit is None or not math.isfinite(x) or x == limit:
+    x, limit = number(value), number(limit)
+    if not math.isfinite(limit) or not math.isfinite(x) or x == limit:
         return text
     for digits in range(4, _MOST_DIGITS + 1):
         try:
@@ -133,7 +133,9 @@ def beyond_text(rule: dict[str, Any]) -> str:
 
 def verdict_words(system: dict[str, Any]) -> str:
     """'refuses it: 2 of 10 rules'."""
-    words = {"pass": "accepts it", "warn": "warns", "fail": "refuses it", "incomplete": "cannot tell"}[system["verdict"]]
+    words = {"pass": "accepts it", "warn": "warns", "fail": "refuses it", "incomplete": "cannot tell"}[
+        system["verdict"]
+    ]
     if system["errors"]:
         return f"{words}: {', '.join(system['errors'][:2])}"
     if not system["rules"]:
@@ -141,4 +143,3 @@ def verdict_words(system: dict[str, Any]) -> str:
     if system["verdict"] == "pass":
         return f"{words}: {plural(system['rules'], 'rule')}"
     return f"{words}: {system['against']} of {plural(system['rules'], 'rule')}"
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from meshwright.audit.findings.options import Options
 from meshwright.audit.metrics import METRICS, select
@@ -40,7 +40,7 @@ def make_plan(job: Job) -> Plan:
     """The plan of a job; UsageError for an unknown metric, profile or unit, and for a mistake in a file it names."""
     chosen = [metric.id for metric in select(job.metrics)]
     compare = tuple(load(name) for name in PROFILES) if job.profile == ALL else ()
-    profiles = [] if job.profile in (None, ALL) else [load(cast(str, job.profile))]
+    profiles = [] if job.profile is None or job.profile == ALL else [load(job.profile)]
     if job.gate is not None:
         profiles.append(read_gate_file(job.gate))
     needed = [id_ for profile in profiles for id_ in profile.metrics]

@@ -17,7 +17,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from typing import Any, Literal
 
 import numpy as np
@@ -196,6 +197,8 @@ def _rule(
         return _of_finding(profile, limit, findings.get(limit.finding, 0))
     if limit.metric == CELLS:
         return _of_types(measured.mesh, places, profile, limit)
+    if _MIRRORS.get(limit.metric) in measured.values:
+        return _mirrored_back(_rule(measured, places, profile, _mirrored(limit), findings), limit)
     metric = METRICS.get(limit.metric) or QUANTITIES.get(limit.metric)
     name = f"{profile.name}.{limit.id}"
     if metric is None or (limit.metric in METRICS and limit.metric not in measured.values):
@@ -207,6 +210,42 @@ def _rule(
     if not found:
         return NotApplicable(name, _absence(limit, metric.entity))
     return _of_values(places, profile, limit, metric.best, metric.unit, found)
+
+
+_MIRRORS = {"icem.equiangle_skewness": "gambit.equiangle_skew"}
+"""Metrics that are 1 minus another: limits on them are compared on the scale of the other, for 1 - 0.8 < 0.2."""
+
+
+def _mirrored(limit: Limit) -> Limit:
+    """The same limit on the other scale."""
+
+    def other(value: float | None) -> float | None:
+        return None if value is None else _one_minus(value)
+
+    turned = replace(limit, metric=_MIRRORS[limit.metric], warn=other(limit.warn), fail=other(limit.fail))
+    if limit.stat in ("share", "count"):
+        turned = replace(limit, metric=turned.metric, beyond=other(limit.beyond))
+    stat = {"max": "min", "min": "max"}.get(limit.stat, limit.stat)
+    sense = {"above": "below", "below": "above"}.get(limit.sense, "")
+    return replace(turned, stat=stat, sense=sense)  # type: ignore[arg-type]
+
+
+def _mirrored_back(rule: Rule | NotApplicable, limit: Limit) -> Rule | NotApplicable:
+    """A rule on the other scale, told on that of the limit."""
+    if isinstance(rule, NotApplicable):
+        return rule
+    metric = METRICS[limit.metric]
+    measured, worst = rule.measured, rule.worst
+    if measured is not None and limit.stat not in ("share", "count"):
+        measured = _one_minus(measured)
+    if worst is not None:
+        worst = {**worst, "value": _one_minus(float(worst["value"]))}
+    return replace(rule, limit=limit, best=metric.best, unit=metric.unit, measured=measured, worst=worst)
+
+
+def _one_minus(value: float) -> float:
+    """1 - value as decimals have it, so that the mirror of 0.8 is 0.2 and no less."""
+    return float(1 - Decimal(repr(value))) if math.isfinite(value) else 1.0 - value
 
 
 def _absence(limit: Limit, entity: str) -> str:
@@ -301,9 +340,7 @@ def _count(found: list[Sample], limit: float | None, sense: Sense, *, inclusive:
     return n
 
 
-def _of_values(
-    places: Places, profile: Profile, limit: Limit, best: str, unit: str, found: list[Sample]
-) -> Rule:
+def _of_values(places: Places, profile: Profile, limit: Limit, best: str, unit: str, found: list[Sample]) -> Rule:
     total = sum(len(s.values) for s in found)
     undefined = sum(int(np.count_nonzero(np.isnan(s.values))) for s in found)
     known = total - undefined

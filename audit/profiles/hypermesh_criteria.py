@@ -13,7 +13,6 @@ the quoted strings of a `*createstringarray` of a recorded command file that a `
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Literal
@@ -232,7 +231,9 @@ def write_hypermesh(profile: Profile) -> tuple[str, list[str]]:
         for name in names:
             chosen[name] = limit
             if limit.inclusive:
-                lost.append(f"{limit.name}: a value that equals the limit counts as beyond it, which criteria cannot say")
+                lost.append(
+                    f"{limit.name}: a value that equals the limit counts as beyond it, which criteria cannot say"
+                )
     strings = [f"{0:>3} {'penalty value':<18}      0.00     0.00     0.80     1.00    10.00"]
     for k, (name, criterion) in enumerate(CRITERIA.items(), 1):
         number, place = (k, k - 1) if k < 13 else (k, -1) if k == 13 else (k + 1, k - 2)
@@ -240,7 +241,10 @@ def write_hypermesh(profile: Profile) -> tuple[str, list[str]]:
         if name == "% of trias":
             strings.append(f"{14:>3} {'QI color legend':<18}      32       32        7        6        3     3   -1")
     strings.append("    Global_solver -1")
-    head = [f"# Criteria of the profile {profile.name}. Left out:", *(f"#   {_comment(x)}" for x in lost or ["nothing"])]
+    head = [
+        f"# Criteria of the profile {profile.name}. Left out:",
+        *(f"#   {_comment(x)}" for x in lost or ["nothing"]),
+    ]
     first = f'*createstringarray {len(strings)} "{strings[0]}" \\'
     body = [f'  "{string}" \\' for string in strings[1:-1]]
     return "\n".join([*head, first, *body, f'  "{strings[-1]}"', f"*setqualitycriteria 1 {len(strings)} 0", ""]), lost

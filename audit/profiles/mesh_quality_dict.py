@@ -276,4 +276,3 @@ def _holds(spec: _Key, limit: Limit) -> bool:
     if limit.metric not in spec.metrics or limit.stat != spec.stat or limit.order:
         return False
     return not limit.faces or not spec.faces or limit.faces == spec.faces
-

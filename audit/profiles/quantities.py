@@ -180,8 +180,8 @@ QUANTITIES: dict[str, Quantity] = {
     for row in (
         Quantity(
             "openfoam.tet_quality", "Face tet quality", "high", "1", -math.inf, 1.0,
-            "V over that of the regular tet with the same circumsphere; the worst tet over the face triangles about the "
-            "face centre and over those about the best base node, with the centres of both cells",
+            "V over that of the regular tet with the same circumsphere; the worst tet over the face triangles about "
+            "the face centre and over those about the best base node, with the centres of both cells",
             f"{_POLY}, checkFaceTets", _solid(_tets),
         ),
         Quantity(
@@ -196,8 +196,8 @@ QUANTITIES: dict[str, Quantity] = {
         ),
         Quantity(
             "openfoam.smoother_determinant", "Cell determinant of the motion smoother", "high", "1", 0.0, 1.0,
-            "27 det(sum(A A/|A|) / sum |A|) over all faces of a cell; of a face the lower of its cells'. checkMesh's own "
-            "determinant takes the interior faces alone",
+            "27 det(sum(A A/|A|) / sum |A|) over all faces of a cell; of a face the lower of its cells'. checkMesh's "
+            "own determinant takes the interior faces alone",
             f"{_POLY}, checkCellDeterminant", _solid(_determinants),
         ),
     )

@@ -126,8 +126,8 @@ def _system(judgement: Judgement, errors: Sequence[str]) -> dict[str, Any]:
 
 def _reason(rule: Rule) -> dict[str, Any]:
     whole = rule.as_json()
-    keys = ("id", "name", "metric", "stat", "limit", "measured", "state", "sense", "inclusive", "unit", "on", "beyond")
-    return {key: whole[key] for key in (*keys, "reason", "verified")}
+    keys = ("id", "name", "metric", "stat", "limit", "measured", "state", "sense", "inclusive", "value_beyond")
+    return {key: whole[key] for key in (*keys, "value_sense", "unit", "on", "beyond", "reason", "verified")}
 
 
 def _transformed(values: Floats, transform: str) -> Floats:
@@ -185,7 +185,7 @@ def _add_limit(row: dict[str, Any], member: Member, rules: Sequence[Rule]) -> No
     if mine:
         rule = min(mine, key=lambda r: order.index(r.state))
         limit = rule.deciding if rule.deciding is not None else math.nan
-        row["limit"] = float(_transformed(np.array([limit]), member.transform)[0])
+        row["limit"] = plain(float(_transformed(np.array([limit]), member.transform)[0]))
         row["state"] = rule.state
 
 

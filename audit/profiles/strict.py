@@ -133,4 +133,6 @@ def load_toml(text: str, file: str) -> Table:
     try:
         return Table(tomllib.loads(text), file)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise UsageError(f"{printable(file, 200)}: expected TOML, found an error: {printable(str(error), 200)}") from None
+        raise UsageError(
+            f"{printable(file, 200)}: expected TOML, found an error: {printable(str(error), 200)}"
+        ) from None

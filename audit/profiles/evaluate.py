@@ -19,7 +19,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -159,13 +159,13 @@ def judge(low: float, high: float, limit: Limit, sense: Sense) -> State:
 
     For limits on one side: `high` is the worse end for sense "above", `low` for "below".
     """
-    good, bad = (low, high) if sense == "above" else (high, low)
-    if is_beyond(good, limit.fail, sense, inclusive=limit.inclusive):
-        return "fail"
-    sure = low == high
-    if not sure and any(is_beyond(bad, x, sense, inclusive=limit.inclusive) for x in (limit.fail, limit.warn)):
-        return "incomplete"
-    return "warn" if is_beyond(good, limit.warn, sense, inclusive=limit.inclusive) else "pass"
+    states = [
+        next((name for name, x in (("fail", limit.fail), ("warn", limit.warn))
+              if is_beyond(figure, x, sense, inclusive=limit.inclusive)), "pass")
+        for figure in ((low, high) if sense == "above" else (high, low))
+    ]  # fmt: skip
+    at_best, at_worst = states
+    return cast(State, at_best if at_best in ("fail", at_worst) else "incomplete")
 
 
 def evaluate(

@@ -141,7 +141,7 @@ def read_hypermesh(text: str, file: str) -> Profile:
         if reason:
             cannot.append(Unmeasurable(id_, name, reason))
             continue
-        limits.append(_limit(file, line, id_, name, criterion, numbers))
+        limits.append(_limit(line, id_, name, criterion, numbers))
     if off:
         notes.append(f"off in this file: {', '.join(off)}")
     if not seen:
@@ -176,7 +176,17 @@ def _parse(file: str, line: int, string: str) -> tuple[str, list[float]]:
     least = 3 if CRITERIA[name].short else 7
     if len(numbers) not in (least, least + 3):
         raise _wrong(file, line, f"{least} figures after {name!r}, and three whole numbers or none", f"{len(numbers)}")
+    if not CRITERIA[name].short:
+        _check_levels(file, line, name, numbers[2:7])
     return name, numbers
+
+
+def _check_levels(file: str, line: int, name: str, levels: list[float]) -> None:
+    falling = CRITERIA[name].stat == "min"
+    if sorted(levels, reverse=falling) != levels:
+        way = "fall" if falling else "rise"
+        shown = " ".join(f"{level:g}" for level in levels)
+        raise _wrong(file, line, f"levels of {name!r} that {way} from ideal to worst", shown)
 
 
 def _cannot(criterion: _Criterion) -> str:
@@ -194,16 +204,12 @@ def _cannot(criterion: _Criterion) -> str:
     return ""
 
 
-def _limit(file: str, line: int, id_: str, name: str, criterion: _Criterion, numbers: list[float]) -> Limit:
+def _limit(line: int, id_: str, name: str, criterion: _Criterion, numbers: list[float]) -> Limit:
     source = f"line {line}"
     if criterion.short:
         return Limit(id_, name, criterion.stat, source, False, criterion.metric, types=criterion.types, fail=numbers[2],
                      note="That the third figure is the limit of failure is inferred.")  # fmt: skip
     weight, levels = numbers[1], numbers[2:7]
-    falling = criterion.stat == "min"
-    if sorted(levels, reverse=falling) != levels:
-        raise _wrong(file, line, f"levels of {name!r} that {'fall' if falling else 'rise'} from ideal to worst",
-                     " ".join(f"{level:g}" for level in levels))  # fmt: skip
     if criterion.stat == "share":
         levels = [_scaled(level, -2) for level in levels]
     ideal, good, warn, fail, worst = levels

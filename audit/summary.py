@@ -288,7 +288,7 @@ def _gate(
         "profile": next((p.name for p in profiles if not p.file), None),
         "verdict": verdict,
         "rules": [rule.as_json() for judgement in judgements for rule in judgement.rules],
-        "reasons": [*unmeasured, *undefined],
+        "reasons": list(dict.fromkeys([*unmeasured, *undefined])),
         "file": next((text(p.file) for p in profiles if p.file), None),
         "not_applicable": [
             {"id": skipped.id, "reason": skipped.reason}

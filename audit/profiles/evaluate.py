@@ -180,6 +180,8 @@ def evaluate(
     points around them; None for all. A metric that was not measured makes its rule incomplete, never a pass.
     """
     places = Places(measured.mesh, chosen)
+    for id_ in {limit.metric for limit in profile.limits} & QUANTITIES.keys():
+        QUANTITIES[id_].values(measured.mesh)  # kept with the mesh, and not computed by several rules at once
     found = in_parallel(lambda limit: _rule(measured, places, profile, limit, findings or {}), list(profile.limits))
     results = list(found)
     rules = [r for r in results if isinstance(r, Rule)]

@@ -163,7 +163,7 @@ def test_recorded_hypermesh_criteria_are_read_line_by_line(all_metrics):
     assert levels(profile) == {
         "min length": ("edge.min", "min", "", 4, 2),
         "aspect ratio": ("hm.aspect", "max", "", 4.4, 5),
-        "warpage": ("icem.max_warp", "max", "", 13, 15),
+        "warpage": ("hm.warpage", "max", "", 13, 15),
         "max angle quad": ("angle.max", "max", "", 134, 140),
         "min angle quad": ("angle.min", "min", "", 46, 40),
         "min angle tria": ("angle.min", "min", "", 34, 30),

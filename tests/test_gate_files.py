@@ -414,8 +414,9 @@ TESTED = ("maxNonOrtho", "maxConcave", "minVol", "minTetQuality", "minArea", "ma
           "minVolRatio", "minTwist", "minTriangleTwist", "minDeterminant")  # fmt: skip
 DIFFERENT = {
     "minTwist": "OpenFOAM looks at faces of four nodes and more, the metric at all",
+    "minVolRatio": "the motion smoother takes volumes without their sign, and some cells here are inverted",
 }
-"""Entries whose count may differ, and why."""
+"""Entries of which OpenFOAM may count fewer faces, and why."""
 
 
 @pytest.mark.parametrize("key", TESTED)
@@ -434,6 +435,8 @@ def test_checkmesh_counts_the_faces_that_our_rules_count(case, key):
             pytest.skip("hardly a concave face")
     for share in (0.1, 0.5, 0.9):
         level = _between(values, share)
+        if KEYS[key].off(level):
+            continue
         one = f"{key} {level!r};"
         ours = evaluate(measure(mesh, [metric] if metric in METRICS else []), read_mesh_quality_dict(one, "d")).rules[0]
         entries = {name: spec.none for name, spec in KEYS.items() if spec.required} | {key: repr(level)}

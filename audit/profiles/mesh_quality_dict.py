@@ -63,7 +63,10 @@ KEYS: dict[str, _Key] = {
         note="Of all faces of a cell; checkMesh's own determinant is another number.",
     ),
     "minFaceWeight": _Key(("openfoam.face_weight",), "min", lambda v: not 0 <= v < 1, "-1"),
-    "minVolRatio": _Key(("openfoam.volume_ratio",), "min", lambda v: v < 0, "-1"),
+    "minVolRatio": _Key(
+        ("openfoam.volume_ratio",), "min", lambda v: v < 0, "-1",
+        note="Of signed volumes, as in checkMesh; the motion smoother drops the sign, which tells on inverted cells alone.",
+    ),
     "minTriangleTwist": _Key(("openfoam.triangle_twist",), "min", lambda v: v <= -1, "-2", high=1),
     "minFaceFlatness": _Key(
         ("openfoam.flatness",), "min", lambda v: v <= -_SMALL, "-1", high=1, required=False,

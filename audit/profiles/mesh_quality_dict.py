@@ -65,7 +65,7 @@ KEYS: dict[str, _Key] = {
     "minFaceWeight": _Key(("openfoam.face_weight",), "min", lambda v: not 0 <= v < 1, "-1"),
     "minVolRatio": _Key(
         ("openfoam.volume_ratio",), "min", lambda v: v < 0, "-1",
-        note="Of signed volumes, as in checkMesh; the motion smoother drops the sign, which tells on inverted cells alone.",
+        note="Of signed volumes, as in checkMesh; the motion smoother drops the sign, which differs on inverted cells.",
     ),
     "minTriangleTwist": _Key(("openfoam.triangle_twist",), "min", lambda v: v <= -1, "-2", high=1),
     "minFaceFlatness": _Key(

@@ -163,6 +163,8 @@ def test_the_smallest_double_beyond_a_limit_is_found_and_shown_as_beyond():
 def test_a_limit_on_the_mean_counts_every_cell():
     assert rule(measured([0.25, 0.5]), "mean", fail=0.375).state == "pass"  # (1/4 + 1/2)/2 = 3/8 and no more
     assert rule(measured([0.25, 0.75]), "mean", fail=0.375).state == "fail"
+    assert rule(measured([0.25, 0.5]), "mean", fail=0.375).failed == 0
+    assert rule(measured([0.25, 0.75]), "mean", fail=0.375).failed == 1
     assert rule(measured([0.9, 0.9, math.nan]), "mean", fail=0.3).state == "incomplete"
     assert rule(measured([1.0, math.inf], ASPECT), "mean", metric=ASPECT, fail=9).state == "fail"
 

@@ -60,7 +60,8 @@ class Rule:
 
     profile: name of its profile.  best: end of the metric's scale.  measured: the figure, None where there is none.
     state: see the head of this file.  count: entities looked at; undefined: of those without a value; warned, failed:
-    values beyond `warn` and `fail` (for shares and counts: values beyond `beyond`, where that limit is exceeded).
+    values beyond `warn` and `fail` (of means, where the mean is; of shares and counts: values beyond `beyond`, where
+    that limit is exceeded).
     worst: the worst entity, as in the lists of worst values, or None.  reason: why it is incomplete, else "".
     """
 
@@ -364,6 +365,9 @@ def _of_values(places: Places, profile: Profile, limit: Limit, best: str, unit: 
     if not known:
         return Rule(profile.name, limit, best, unit, None, "incomplete", total, undefined, reason=reason)
     figure = _figure(found, limit.stat, known)
+    if limit.stat == "mean":  # cells beyond it count where the mean itself is
+        passed = [is_beyond(figure, x, sense, inclusive=limit.inclusive) for x in (limit.warn, limit.fail)]
+        warned, failed = (n if over else 0 for n, over in zip((warned, failed), passed, strict=True))
     state = judge(figure, figure, limit, sense)
     if math.isnan(figure):  # the mean of inf and -inf
         state, reason = "incomplete", reason or "the mean is not a number"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import copy_context
@@ -53,6 +53,7 @@ def audit(
     mesh: Mesh,
     metrics: str = "default",
     *,
+    also: Iterable[str] = (),
     threads: int | None = None,
     surfaces: bool = False,
     options: Options | None = None,
@@ -60,13 +61,14 @@ def audit(
 ) -> Audit:
     """Measure `mesh` and check it.
 
-    metrics: "default", "all" or ids with commas; UsageError for an unknown one.  threads: for the kernels, all
+    metrics: "default", "all" or ids with commas; UsageError for an unknown one.  also: ids that are measured without
+    being chosen, so that reports do not list them.  threads: for the kernels, all
     cores when None.  surfaces: measure the boundary elements of a 3-D mesh too.  options: what the checks should know
     and cannot read off the mesh.  progress: told the stage
     ("metrics", "surfaces", "checks"), the cells done and the cells in all (0, 0 where that is not known).
     """
     chosen = tuple(metric.id for metric in select(metrics))
-    wanted = tuple(dict.fromkeys((*chosen, SKEW, ASPECT)))
+    wanted = tuple(dict.fromkeys((*chosen, *also, SKEW, ASPECT)))
     seconds: dict[str, float] = {}
 
     @contextmanager

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import fnmatch
 import math
+from collections.abc import Sequence
+from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
 
@@ -19,6 +21,9 @@ from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.places import Places, plain, text
+from meshwright.audit.profiles.evaluate import Judgement, evaluate
+from meshwright.audit.profiles.model import Profile
+from meshwright.audit.profiles.rosetta import rosetta
 from meshwright.audit.run import Audit
 from meshwright.audit.statistics import PERCENTILES, degenerate, statistics, worst_first
 from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate
@@ -33,16 +38,26 @@ _MOST_IDS = 100
 Mask = NDArray[np.bool_]
 
 
-def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256: str | None = None) -> Summary:
+def summarise(
+    audit: Audit,
+    *,
+    zone: str | None = None,
+    worst: int = 10,
+    sha256: str | None = None,
+    profiles: Sequence[Profile] = (),
+    compare: Sequence[Profile] = (),
+) -> Summary:
     """The document of an audit, ready for `json.dumps`: inf and nan are strings, values clamped to their range.
 
     zone: count only the cells of cell zones whose name matches this pattern (`*`, `?`, `[...]`); UsageError when
     none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
-    worst cells.  sha256: of the file; computed from `mesh.path` when None.
+    worst cells.  sha256: of the file; computed from `mesh.path` when None.  profiles: whose limits the mesh has to
+    keep.  compare: profiles to set side by side under "rosetta"; they do not count for the verdict.
 
-    The verdict (`gate`): "incomplete" when a coordinate is not finite; else "fail" when a check reports an error; else
-    "incomplete" when no chosen metric is defined for the type of some cell; else "warn" for warnings and for values
-    that are undefined; else "pass".
+    The verdict (`gate`): "incomplete" when a coordinate is not finite; else "fail" when a check reports an error or a
+    rule fails; else "incomplete" when no chosen metric is defined for the type of some cell, a rule cannot be decided,
+    or no limit of a profile applies to the mesh; else "warn" for warnings, for rules that warn and for values that are
+    undefined; else "pass".
     """
     mesh, measured = audit.mesh, audit.measured
     chosen = None if zone is None else cells_of_zones(mesh, zone)
@@ -51,6 +66,8 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
         sha256 = fingerprint(mesh.path)
     findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]
     metrics = _metrics(measured, audit.chosen, chosen, worst)
+    counts = {finding["code"]: finding["count"] for finding in findings}
+    judgements = [evaluate(measured, profile, counts, chosen) for profile in profiles]
     document: Summary = {
         "schema": SCHEMA,
         "version": version("meshwright"),
@@ -65,9 +82,13 @@ def summarise(audit: Audit, *, zone: str | None = None, worst: int = 10, sha256:
         "definitions": {key: _definition(key) for key in audit.chosen},
         "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
         "findings": findings,
-        "gate": _gate(mesh, tables, metrics, findings),
+        "gate": _gate(mesh, tables, metrics, findings, judgements),
         "notes": [text(note) for note in mesh.notes],
     }
+    if compare:
+        errors = [finding["code"] for finding in findings if finding["severity"] == "error"]
+        sides = [evaluate(measured, profile, counts, chosen) for profile in compare]
+        document["rosetta"] = rosetta(measured, sides, errors, chosen)
     if audit.surface is not None:
         shell = audit.surface
         document["surface"] = {
@@ -223,8 +244,14 @@ def _finding(mesh: Mesh, finding: Finding) -> dict[str, Any]:
     }
 
 
-def _gate(mesh: Mesh, tables: Tables, metrics: dict[str, Any], findings: list[dict[str, Any]]) -> dict[str, Any]:
-    """No rules yet: the verdict follows the findings and what could not be measured."""
+def _gate(
+    mesh: Mesh,
+    tables: Tables,
+    metrics: dict[str, Any],
+    findings: list[dict[str, Any]],
+    judgements: Sequence[Judgement],
+) -> dict[str, Any]:
+    """The verdict: of the findings, of what could not be measured, and of the rules of all profiles."""
     unmeasured = []
     for k, name in enumerate(tables.types):
         n = int(tables.cells[0, k])
@@ -236,15 +263,38 @@ def _gate(mesh: Mesh, tables: Tables, metrics: dict[str, Any], findings: list[di
         n = sum(figures["undefined"] for figures in of_type.values())
         if n:
             undefined.append(f"{key} has no value on {n:,} {'cell' if n == 1 else 'cells'}")
+    for judgement in judgements:
+        if not judgement.rules:
+            unmeasured.append(f"no limit of {text(judgement.profile.name)} applies to this mesh")
+        unmeasured += [
+            f"{text(rule.limit.name)} is not decided: {rule.reason}"
+            for rule in judgement.rules
+            if rule.state == "incomplete"
+        ]
     severities = {finding["severity"] for finding in findings}
+    states = {judgement.state for judgement in judgements}
     if mesh.n_nonfinite:  # nothing can be said about such a mesh, good or bad
         unmeasured.append(f"{mesh.n_nonfinite:,} points have a coordinate that is not a finite number")
         verdict = "incomplete"
-    elif "error" in severities:
+    elif "error" in severities or "fail" in states:
         verdict = "fail"
     elif unmeasured:
         verdict = "incomplete"
     else:
-        verdict = "warn" if undefined or "warning" in severities else "pass"
-    reasons = [*unmeasured, *undefined]
-    return {"profile": None, "verdict": verdict, "rules": [], "reasons": reasons}
+        verdict = "warn" if undefined or "warning" in severities or "warn" in states else "pass"
+    profiles = [judgement.profile for judgement in judgements]
+    dialect = next((p.dialect for p in profiles if not p.file), None)
+    return {
+        "profile": next((p.name for p in profiles if not p.file), None),
+        "verdict": verdict,
+        "rules": [rule.as_json() for judgement in judgements for rule in judgement.rules],
+        "reasons": list(dict.fromkeys([*unmeasured, *undefined])),
+        "file": next((text(p.file) for p in profiles if p.file), None),
+        "not_applicable": [
+            {"id": skipped.id, "reason": skipped.reason}
+            for judgement in judgements
+            for skipped in judgement.not_applicable
+        ],
+        "dialect": None if dialect is None else asdict(dialect),
+        "notes": [text(note) for p in profiles for note in p.notes],
+    }

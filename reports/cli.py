@@ -18,6 +18,7 @@ COMMANDS = {
     "audit": "meshwright.reports.cmd_audit",
     "table": "meshwright.reports.cmd_table",
     "explain": "meshwright.reports.cmd_explain",
+    "profiles": "meshwright.reports.cmd_profiles",
     "formats": "meshwright.reports.cmd_formats",
 }
 """Module of each command; it holds a click command called `command` and imports no more than click."""

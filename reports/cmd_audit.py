@@ -13,7 +13,21 @@ FORMATS = ("text", "json", "md", "csv")
 
 @click.command("audit")
 @click.argument("paths", metavar="PATH...", nargs=-1, required=True)
-@click.option("--metrics", default="default", metavar="default|all|ID,ID", help="What to measure.")
+@click.option(
+    "--profile",
+    metavar="NAME",
+    help="Judge by the limits of a system: fluent, icem, gambit, cfx, openfoam, hypermesh, optistruct, ansys, femap, "
+    "patran, nastran, cubit, verdict, pointwise, cfd or fea; `all` compares them all and judges by none.",
+)
+@click.option(
+    "--gate",
+    metavar="FILE",
+    help="Judge by the limits of a file: an OpenFOAM meshQualityDict, HyperMesh criteria, or TOML as "
+    "`meshwright profiles export` writes it.",
+)
+@click.option(
+    "--metrics", default="default", metavar="default|all|ID,ID", help="What to measure, beside what limits need."
+)
 @click.option("--zone", metavar="GLOB", help="Count only the cells of matching zones.")
 @click.option("--format", "output", type=click.Choice(FORMATS), default="text", help="Of the result on stdout.")
 @click.option("-o", "--output-file", metavar="FILE", help="Write the result there instead of to stdout.")
@@ -21,6 +35,26 @@ FORMATS = ("text", "json", "md", "csv")
 @click.option("--cells", metavar="FILE", help="Write the values of every cell: .parquet, .csv or .vtu.")
 @click.option("--input-format", metavar="NAME", help="Read as this format instead of looking at the content.")
 @click.option("--surfaces", is_flag=True, help="Measure the boundary surface of a 3-D mesh too.")
+@click.option(
+    "--discipline",
+    type=click.Choice(("cfd", "fea")),
+    help="Whose customs hold for element order and 1-D elements. Default: the profile's.",
+)
+@click.option(
+    "--axis",
+    type=click.Choice(("x", "y")),
+    help="Axis of rotation of an axisymmetric 2-D mesh: no point may lie below.",
+)
+@click.option("--unit", metavar="mm|cm|m|in|FLOAT", help="Unit of length of the mesh, or its millimetres.")
+@click.option(
+    "--feature-angle",
+    type=click.FloatRange(0, 180),
+    default=10.0,
+    show_default=True,
+    metavar="DEG",
+    help="Angle between surface normals from which on an edge is a feature.",
+)
+@click.option("--sizes", metavar="FILE", help="Wanted element sizes: TOML with [[region]] tables.")
 @click.option("--threads", type=click.IntRange(1), metavar="N", help="Default: all processors.")
 @click.option(
     "--worst", type=click.IntRange(0, 10_000), default=5, show_default=True, metavar="N", help="Cells listed."
@@ -32,6 +66,16 @@ def command(ctx: click.Context, /, **options: Any) -> None:
 
     PATH is a mesh file, an OpenFOAM case folder or .foam marker, a pattern, or - for stdin. Several meshes give a
     line each and the worst exit status of them all.
+
+    Exit status: 0 pass or warn; 1 a check reports an error or a rule of --profile or --gate fails; 2 wrong usage, a
+    mistake in a file of limits included; 3 a mesh could not be read, or a rule not be decided. A value that equals a
+    limit passes; `meshwright profiles show NAME` lists limits with their sources.
+
+    \b
+    --sizes:  [[region]]          name = "wake"    size = 0.5
+              shape = "box"       low = [0, -1, -1]    high = [5, 1, 1]
+              Shapes: global, zone (zone = "wing*"), box, cylinder (start, end, radius),
+              sphere (centre, radius). A later region overrules an earlier one.
     """
     from meshwright.reports.job import Job, run_audit  # noqa: PLC0415 - `--help` must not load the engine
 

@@ -15,6 +15,7 @@ __all__ = ["COLUMNS", "render"]
 
 COLUMNS = ("path", "table", "zone", "type", "item", "fluent", "icem", "value")
 _STATISTICS = ("count", "undefined", "degenerate", "min", "max", "mean", "p50", "p95", "p99")
+_OF_RULE = ("state", "stat", "limit", "measured", "beyond", "count", "undefined", "source", "verified")
 
 Row = tuple[Any, ...]
 
@@ -22,9 +23,11 @@ Row = tuple[Any, ...]
 def render(batch: Batch, page: Page) -> str:
     """Rows of `COLUMNS`.
 
-    table: "quality", "equiangle_skew", "aspect_ratio", "gambit_class", a metric id, or "finding".  zone: empty for
-    the whole mesh.  item: which figure.  fluent, icem: labels of a bin on both scales.  Values are unrounded, and
-    empty where not defined. A mesh that could not be read has one row, table "error".
+    table: "quality", "equiangle_skew", "aspect_ratio", "gambit_class", a metric id, "finding", "rule", "system" or
+    "rosetta". A rule has its id and what it is on under zone and type, and a row for each of `_OF_RULE`; a system
+    (of a comparison) its name under zone; a form of a quantity its system under zone and its metric under type.
+    zone: empty for the whole mesh.  item: which figure.  fluent, icem: labels of a bin on both scales.  Values are
+    unrounded, and empty where not defined. A mesh that could not be read has one row, table "error".
     """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -32,10 +35,17 @@ def render(batch: Batch, page: Page) -> str:
     for document in batch.documents:
         path = csv_cell(document["mesh"]["path"])
         for row in _rows(document, page):
-            writer.writerow((path, *("" if field is None else field for field in row)))
+            writer.writerow((path, *map(_field, row)))
     for unread in batch.unread:
         writer.writerow((csv_cell(unread.path), "error", "", "", "", "", "", csv_cell(unread.message)))
     return stream.getvalue()
+
+
+def _field(value: Any) -> Any:
+    """A field: empty for None."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return "" if value is None else value
 
 
 def _rows(document: dict[str, Any], page: Page) -> Iterator[Row]:
@@ -50,7 +60,24 @@ def _rows(document: dict[str, Any], page: Page) -> Iterator[Row]:
                 yield key, None, kind, item, None, None, figures[item]
     for finding in document["findings"]:
         yield "finding", None, None, finding["code"], None, None, finding["count"]
+    for rule in document["gate"]["rules"]:
+        for item in _OF_RULE:
+            value = csv_cell(rule[item]) if item == "source" else rule[item]
+            yield "rule", rule["id"], rule["on"], item, None, None, value
+    yield from _rosetta(document.get("rosetta", {"systems": [], "families": []}))
     yield "verdict", None, None, document["gate"]["verdict"], None, None, None
+
+
+def _rosetta(rosetta: dict[str, Any]) -> Iterator[Row]:
+    for system in rosetta["systems"]:
+        for item in ("verdict", "rules", "against"):
+            yield "system", system["profile"], None, item, None, None, system[item]
+    for family in rosetta["families"]:
+        for member in family["members"]:
+            if member["count"] or member["undefined"]:
+                for item in ("worst", "mean", "limit", "state"):
+                    label = f"{family['id']}: {member['name']}: {item}"
+                    yield "rosetta", member["system"], member["metric"], label, None, None, member[item]
 
 
 def _tables(tables: dict[str, Any], zone: str | None) -> Iterator[Row]:

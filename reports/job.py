@@ -9,11 +9,11 @@ import click
 from meshwright.audit.errors import MeshwrightError, UsageError
 from meshwright.audit.files import check_writable
 from meshwright.audit.fingerprint import fingerprint
-from meshwright.audit.metrics import select
 from meshwright.audit.run import audit
 from meshwright.audit.summary import Summary, cells_of_zones, summarise
 from meshwright.reports.outputs import OUTPUTS, Batch, Page, Unread, render
 from meshwright.reports.paths import STDIN, expand, open_mesh, refuse_overwriting
+from meshwright.reports.plan import Plan, make_plan
 from meshwright.reports.progress import announce_compilation, stages
 from meshwright.reports.verdicts import EXIT_INCOMPLETE, exit_status
 from meshwright.reports.writing import deliver, page_width, wants_colour
@@ -37,6 +37,13 @@ class Job:
     threads: int | None = None
     worst: int = 5
     quiet: bool = False
+    profile: str | None = None
+    gate: str | None = None
+    discipline: str | None = None
+    axis: str | None = None
+    unit: str | None = None
+    feature_angle: float = 10.0
+    sizes: str | None = None
 
 
 def run_audit(job: Job) -> int:
@@ -54,17 +61,18 @@ def run_table(job: Job, *, by_zone: bool) -> int:
 def _run(job: Job, page: Page) -> Batch:
     outputs = _outputs(job)
     paths = expand(job.paths)
-    select(job.metrics)  # a misspelt metric is told before anything is read
+    plan = make_plan(job)  # a misspelt metric or a wrong limit is told before anything is read
     _check_cells(job, paths)
     files = [path for _, path in outputs if path is not None]
-    refuse_overwriting(paths, [*files, *([job.cells] if job.cells else [])])
+    inputs = [*paths, *(path for path in (job.gate, job.sizes) if path is not None)]
+    refuse_overwriting(inputs, [*files, *([job.cells] if job.cells else [])])
     for path in files:
         check_writable(path)
     announce_compilation(quiet=job.quiet)
     batch = Batch([], [])
     for path in paths:
         try:
-            batch.documents.append(_one(job, path))
+            batch.documents.append(_one(job, plan, path))
         except MeshwrightError as error:
             if isinstance(error, UsageError) and len(paths) == 1:
                 raise  # of several, the others are still audited
@@ -97,11 +105,26 @@ def _check_cells(job: Job, paths: list[str]) -> None:
     check_writable(job.cells)
 
 
-def _one(job: Job, path: str) -> Summary:
+def _one(job: Job, plan: Plan, path: str) -> Summary:
     with stages(path, quiet=job.quiet) as tell, open_mesh(path, job.input_format) as (mesh, place):
-        found = audit(mesh, job.metrics, threads=job.threads, surfaces=job.surfaces, progress=tell)
+        found = audit(
+            mesh,
+            plan.metrics,
+            also=plan.also,
+            threads=job.threads,
+            surfaces=job.surfaces,
+            options=plan.options,
+            progress=tell,
+        )
         tell("summary", 0, 0)
-        document = summarise(found, zone=job.zone, worst=job.worst, sha256=fingerprint(place))
+        document = summarise(
+            found,
+            zone=job.zone,
+            worst=job.worst,
+            sha256=fingerprint(place),
+            profiles=plan.profiles,
+            compare=plan.compare,
+        )
         if job.cells is not None:
             from meshwright.reports.cells import write_cells  # noqa: PLC0415 - loads pyarrow
 

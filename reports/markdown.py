@@ -7,6 +7,7 @@ from typing import Any
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.tables import BINNINGS
+from meshwright.reports.gate_markdown import gate_sections, rosetta_sections
 from meshwright.reports.outputs import Batch, Page
 from meshwright.reports.text_tables import entity_number
 from meshwright.reports.wording import figure, markdown, not_defined, percent, size
@@ -48,6 +49,8 @@ def _document(document: dict[str, Any], page: Page) -> Iterator[str]:
         yield f"Only cells of the zones `{chosen['zone'].replace('`', '')}`: {size(chosen['cells'])}."
     if page.content == "audit":
         yield from _judgement(document)
+        yield from gate_sections(document["gate"])
+        yield from rosetta_sections(document.get("rosetta"))
     yield from _tables(document)
     if page.zones:
         for table in document["zone_tables"]:

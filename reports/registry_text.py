@@ -10,8 +10,10 @@ from rich.text import Text
 
 from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES, POLYTOPES
 from meshwright.audit.metrics import APPLICABILITY, DEFAULT, METRICS, Metric, find
+from meshwright.audit.profiles.quantities import QUANTITIES, Quantity
 from meshwright.audit.readers import FORMATS
 from meshwright.reports.layout import Column, Grid, page_text
+from meshwright.reports.profile_text import limits_on
 from meshwright.reports.writing import page_width, wants_colour
 
 __all__ = ["applicability_table", "explain", "list_formats", "list_metrics"]
@@ -33,7 +35,9 @@ def list_metrics() -> str:
 
 
 def explain(key: str) -> str:
-    """Everything about one metric; UsageError with near matches for an unknown one."""
+    """Everything about one metric and who limits it; UsageError with near matches for an unknown one."""
+    if key in QUANTITIES:
+        return _explain_quantity(QUANTITIES[key])
     metric = find(key)
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)
@@ -54,7 +58,24 @@ def explain(key: str) -> str:
     table.add_row("source", metric.source)
     if metric.caveat:
         table.add_row("beware", metric.caveat)
+    table.add_row("limits", "\n".join(limits_on(metric.id)) or "no profile limits it")
     return _print(Text(metric.id, style="bold").append(f"  {metric.title}", style="not bold"), Text(""), table)
+
+
+def _explain_quantity(quantity: Quantity) -> str:
+    """The same of a number of faces that only OpenFOAM's limits ask for."""
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(ratio=1)
+    table.add_row("formula", quantity.formula)
+    table.add_row("unit", _unit(quantity.unit))
+    table.add_row("range", f"{_end(quantity.low)} to {_end(quantity.high)}")
+    table.add_row("best", "the lowest" if quantity.best == "low" else "the highest")
+    table.add_row("defined on", "faces of a 3-D mesh")
+    table.add_row("source", quantity.source)
+    table.add_row("beware", "Measured where a limit asks for it, and no choice of --metrics.")
+    table.add_row("limits", "\n".join(limits_on(quantity.id)) or "no profile limits it; a meshQualityDict may")
+    return _print(Text(quantity.id, style="bold").append(f"  {quantity.title}", style="not bold"), Text(""), table)
 
 
 def _add_domain(table: Table, metric: Metric) -> None:
@@ -65,9 +86,9 @@ def _add_domain(table: Table, metric: Metric) -> None:
         return
     candidates = tuple(dict.fromkeys((*LINEAR_TYPES, *POLYTOPES, *metric.on)))
     for defined, title in {True: "defined on", False: "not defined on"}.items():
-        kinds = [CELL_TYPES[kind].title for kind in candidates if (kind in metric.on) == defined]
-        if kinds:
-            table.add_row(title, ", ".join(kinds))
+        titles = [CELL_TYPES[kind].title for kind in candidates if (kind in metric.on) == defined]
+        if titles:
+            table.add_row(title, ", ".join(titles))
 
 
 def _end(value: float) -> str:

@@ -10,6 +10,7 @@ from rich.padding import Padding
 from rich.text import Text
 
 from meshwright.audit.cells import CELL_TYPES
+from meshwright.reports.gate_text import gate_tables, rosetta_tables
 from meshwright.reports.layout import Column, Grid, page_text
 from meshwright.reports.outputs import Batch, Page
 from meshwright.reports.text_tables import (
@@ -56,13 +57,16 @@ def _report(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
     yield from _title(document, page, document["gate"]["verdict"])
     yield _facts(document)
     yield from _verdict(document, page)
+    yield from gate_tables(document["gate"])
+    if "rosetta" in document:
+        yield from rosetta_tables(document["rosetta"])
     yield from article_tables(document)
     if any(document["metrics"].values()):
         yield section("Metrics", "clamped to the range of each metric; * marks the end that is worse")
         yield from metric_table(document)
         yield from worst_tables(document)
     if document["zones"]:
-        yield section("Zones")
+        yield _zones_title(document["gate"]["dialect"])
         yield zone_table(document)
         if left_out := zones_left_out(document):
             yield Text(f"  {left_out}", style="dim")
@@ -73,6 +77,12 @@ def _report(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
         yield section("Notes", "what the file holds and this audit does not")
         for note in document["notes"]:
             yield _item(name(note, 600))
+
+
+def _zones_title(dialect: dict[str, str] | None) -> RenderableType:
+    if dialect is None:
+        return section("Zones")
+    return section(dialect["zones"][0].upper() + dialect["zones"][1:], dialect["note"])
 
 
 def _tables_page(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:

@@ -185,7 +185,8 @@ def worst_tables(document: dict[str, Any]) -> Iterator[RenderableType]:
 def _cell_grid(document: dict[str, Any], rows: list[tuple[str, str, dict[str, Any]]], *, with_metric: bool) -> Grid:
     """Cells with their place; of a table that is too wide the place is left out first."""
     where = "number" if with_metric else "cell"
-    columns = (Column(where, "r"), Column("type"), Column("value", "r"), Column("zone", cut=True))
+    word = _zone_word(document)
+    columns = (Column(where, "r"), Column("type"), Column("value", "r"), Column(word, cut=True))
     grid = Grid(
         (
             *([Column("metric", cut=True)] if with_metric else []),
@@ -201,7 +202,7 @@ def _cell_grid(document: dict[str, Any], rows: list[tuple[str, str, dict[str, An
             str(entity_number(cell)),
             kind,
             figure(cell["value"], document["definitions"][key]["unit"]),
-            name(cell["zone"], 60),
+            name(cell["zone"], 60, f"(no {word})"),
             "  ".join(x.rjust(width) for x, width in zip(place, widths, strict=True)),
         )
     return grid
@@ -227,9 +228,10 @@ def _merged(document: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any
 
 def zone_table(document: dict[str, Any]) -> Grid:
     """The zones with their size; cell zones with their worst skew and share above 0.8; of many, the worst."""
+    word = _zone_word(document)
     grid = Grid(
         (
-            Column("zone", cut=True),
+            Column(word, cut=True),
             Column("kind", cut=True, optional=1),
             Column("role", cut=True),
             Column("size", "r"),
@@ -246,8 +248,14 @@ def zone_table(document: dict[str, Any]) -> Grid:
         grid.add(name(zone["name"], 60), *words, plural(zone["count"], zone["entity"]), *figures)
     for loose in document["zone_tables"]:
         if loose["zone"] is None:
-            grid.add("(no zone)", "", "", plural(loose["count"], "cell"), *zone_figures(loose), style="dim")
+            grid.add(f"(no {word})", "", "", plural(loose["count"], "cell"), *zone_figures(loose), style="dim")
     return grid
+
+
+def _zone_word(document: dict[str, Any]) -> str:
+    """What the system of the profile calls a zone of cells."""
+    dialect = document["gate"]["dialect"]
+    return "zone" if dialect is None else str(dialect["zone"])
 
 
 def zones_left_out(document: dict[str, Any]) -> str:

@@ -91,32 +91,32 @@ def distance_ratio(tile: Tile, out: Lane) -> None:
             low[i] = min(low[i], d2)
             high[i] = max(high[i], d2)
     for i in range(LANES):
-        out[i] = math.sqrt(high[i] / low[i]) if low[i] > 0.0 and not is_flat(tile, i) else np.inf
+        out[i] = math.sqrt(high[i] / low[i]) if low[i] > 1e-28 * high[i] and not is_flat(tile, i) else np.inf
 
 
 ROWS = (
     Metric(
-        id="fluent.aspect_ratio", title="Aspect ratio (Fluent)", on=_ON, unit="1", low=1.0, high=math.inf, best="low",
+        id="fluent.aspect_ratio", title="Aspect ratio (Fluent)", on=(*_ON, "polyhedron"), unit="1", low=1.0, high=math.inf, best="low",
         ideal=None, degenerate=math.inf, systems=("Fluent: Cell Aspect Ratio",),
         formula="largest / smallest of the distances from the cell's centroid to its nodes and to the planes of its faces",
         source="Ansys Fluent User's Guide 24.2, mesh quality",
         caveat="Never 1: sqrt(3) = 1.73 for a cube, 2.65 for a regular wedge, 3 for a regular tet, 4.12 for an equilateral pyramid.",
-        stages=ABOUT_THE_CENTRE, kernel=distance_ratio,
+        stages=ABOUT_THE_CENTRE, kernel=distance_ratio, polytope="reach",
     ),
     Metric(
-        id="fluent.cell_squish", title="Cell squish index", on=_ON, unit="1", low=0.0, high=2.0, best="low", ideal=0.0,
+        id="fluent.cell_squish", title="Cell squish index", on=(*_ON, "polyhedron"), unit="1", low=0.0, high=2.0, best="low", ideal=0.0,
         degenerate=1.0, systems=("Fluent: Cell Squish Index", "Verdict: squish index (tet)"),
         formula="1 - min over faces of A.f / |A||f|, A the area vector, f from the cell's centroid to the face's",
         source="Ansys Fluent User's Guide; Verdict (squish index of a tet)",
         caveat="An equilateral pyramid has 0.095. Above 1 where a face looks at the centroid from its back: 2 for a mirrored cell.",
-        stages=(*ABOUT_THE_CENTRE, slants), kernel=squish,
+        stages=(*ABOUT_THE_CENTRE, slants), kernel=squish, polytope="squish",
     ),
     Metric(
-        id="fluent.ortho_cell_face", title="Orthogonality of the cell's faces", on=_ON, unit="1", low=-1.0, high=1.0, best="high",
+        id="fluent.ortho_cell_face", title="Orthogonality of the cell's faces", on=(*_ON, "polyhedron"), unit="1", low=-1.0, high=1.0, best="high",
         ideal=1.0, degenerate=0.0, systems=("Fluent: face part of Orthogonal Quality",),
         formula="min over faces of A.f / |A||f|, A the area vector, f from the cell's centroid to the face's",
         source="Ansys Fluent User's Guide 24.2, mesh quality",
         caveat="The part of orthogonal quality that needs no neighbours: 1 - cell squish. Negative for a mirrored cell.",
-        stages=(*ABOUT_THE_CENTRE, slants), kernel=orthogonality,
+        stages=(*ABOUT_THE_CENTRE, slants), kernel=orthogonality, polytope="orthogonality",
     ),
 )  # fmt: skip

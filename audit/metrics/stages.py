@@ -324,7 +324,9 @@ def centres(tile: Tile, out: Lane) -> None:
             c[0, i] = mx + share * (pq * (px + qx) + qs * (qx + sx) + st * (sx + tx) + tp * (tx + px))
             c[1, i] = my + share * (pq * (py + qy) + qs * (qy + sy) + st * (sy + ty) + tp * (ty + py))
             c[2, i] = mz + share * (pq * (pz + qz) + qs * (qz + sz) + st * (sz + tz) + tp * (tz + pz))
-    for d in range(7):  # 0 to 2 the mean of the face centres, 3 to 5 the weighted sum about it, 6 the weights
+    for d in range(
+        8
+    ):  # 0 to 2 the mean of the face centres, 3 to 5 the weighted sum about it, 6 the weights, 7 their size
         for i in range(LANES):
             work[d, i] = 0.0
     for r in range(n):
@@ -337,9 +339,13 @@ def centres(tile: Tile, out: Lane) -> None:
             dx, dy, dz = c[0, i] - work[0, i], c[1, i] - work[1, i], c[2, i] - work[2, i]
             w = a[0, i] * dx + a[1, i] * dy + a[2, i] * dz
             work[6, i] += w
+            work[7, i] += (abs(a[0, i]) + abs(a[1, i]) + abs(a[2, i])) * (abs(dx) + abs(dy) + abs(dz))
             work[3, i] += w * dx
             work[4, i] += w * dy
             work[5, i] += w * dz
+    for i in range(LANES):  # a volume that is nothing but rounding gives no centre
+        sized = abs(work[6, i]) > 1e-14 * work[7, i]
+        work[6, i] = 0.75 / work[6, i] if sized else 0.0
     for d in range(3):
         for i in range(LANES):
-            tile.centre[d, i] = work[d, i] + (0.75 * work[3 + d, i] / work[6, i] if work[6, i] != 0.0 else 0.0)
+            tile.centre[d, i] = work[d, i] + work[3 + d, i] * work[6, i]

@@ -21,9 +21,10 @@ from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.places import Places, plain, text
-from meshwright.audit.profiles.evaluate import Judgement, evaluate
+from meshwright.audit.profiles.evaluate import evaluate
 from meshwright.audit.profiles.model import Profile
 from meshwright.audit.profiles.rosetta import rosetta
+from meshwright.audit.profiles.rule import Judgement
 from meshwright.audit.run import Audit
 from meshwright.audit.statistics import PERCENTILES, degenerate, statistics, worst_first
 from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate

@@ -21,10 +21,12 @@ from meshwright.audit.mesh import CellBlock, Faces, Mesh, Zone
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.places import Places
 from meshwright.audit.profiles import loading
-from meshwright.audit.profiles.evaluate import NotApplicable, evaluate, judge, samples
+from meshwright.audit.profiles.evaluate import evaluate
 from meshwright.audit.profiles.loading import PROFILES, check, profile_from_toml, read_profile
 from meshwright.audit.profiles.model import CELLS, Limit, Profile
 from meshwright.audit.profiles.quantities import QUANTITIES
+from meshwright.audit.profiles.rule import NotApplicable, judge
+from meshwright.audit.profiles.sampling import samples
 from meshwright.audit.run import audit
 from meshwright.audit.summary import summarise
 from meshwright.reports.cli import cli
@@ -191,7 +193,7 @@ def test_a_limit_on_what_the_mesh_does_not_have_is_no_rule():
     assert judgement.rules == ()
     assert [skipped.reason for skipped in judgement.not_applicable] == [
         "the mesh has no tet cells",
-        "the mesh has no second-order its type of cells",
+        "the mesh has no second-order cells it is defined on",
     ]
     assert judgement.state == "incomplete"  # nothing was judged
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from meshwright.audit.profiles.evaluate import Judgement, Rule, evaluate
+from meshwright.audit.profiles.evaluate import evaluate
 from meshwright.audit.profiles.loading import PROFILES, load, read_profile
 from meshwright.audit.profiles.model import Limit, Profile
+from meshwright.audit.profiles.rule import Judgement, Rule
 
 __all__ = ["PROFILES", "Judgement", "Limit", "Profile", "Rule", "evaluate", "load", "read_profile"]

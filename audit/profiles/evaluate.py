@@ -1,8 +1,5 @@
 """The rules of a profile against measured values: pass, warn, fail or incomplete, and how many entities lie beyond.
 
-A value is beyond a limit when it is strictly on its bad side; the comparison is made on the unrounded double, so 0.95
-passes "at most 0.95" and the next double after it does not. `Limit.inclusive` counts equality as beyond.
-
     any value beyond `fail`                          fail, whatever else is unknown
     else values undefined, or nothing measured       incomplete: what is not known does not pass
     else any value beyond `warn`                     warn
@@ -16,157 +13,26 @@ is no rule but is listed as not applicable.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
-from decimal import Decimal
-from typing import Any, Literal, cast
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.connectivity import faces
-from meshwright.audit.measurement import Measured, clamp
-from meshwright.audit.mesh import NO_CELL, Floats, Mesh
+from meshwright.audit.measurement import Measured
+from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.places import Places, plain
+from meshwright.audit.profiles.mirrors import MIRRORS, mirrored, mirrored_back
 from meshwright.audit.profiles.model import CELLS, Limit, Profile, Sense
 from meshwright.audit.profiles.quantities import QUANTITIES
+from meshwright.audit.profiles.rule import Judgement, NotApplicable, Rule, is_beyond, judge
+from meshwright.audit.profiles.sampling import Sample, matches, samples
 from meshwright.audit.statistics import worst_first
 
-__all__ = ["Judgement", "NotApplicable", "Rule", "Sample", "State", "evaluate", "is_beyond", "judge", "samples"]
-
-State = Literal["pass", "warn", "fail", "incomplete"]
-Rows = NDArray[np.intp]
-
-
-@dataclass(frozen=True, eq=False)
-class Sample:
-    """Values of one key of `Measured.values`: (n,) clamped to the range of the metric, and the rows they stand in."""
-
-    key: str
-    values: Floats
-    rows: Rows | None
-
-    def row(self, at: int) -> int:
-        """Row of the value at that position."""
-        return at if self.rows is None else int(self.rows[at])
-
-
-@dataclass(frozen=True)
-class Rule:
-    """What became of a limit.
-
-    profile: name of its profile.  best: end of the metric's scale.  measured: the figure, None where there is none.
-    state: see the head of this file.  count: entities looked at; undefined: of those without a value; warned, failed:
-    values beyond `warn` and `fail` (of means, where the mean is; of shares and counts: values beyond `beyond`, where
-    that limit is exceeded).
-    worst: the worst entity, as in the lists of worst values, or None.  reason: why it is incomplete, else "".
-    """
-
-    profile: str
-    limit: Limit
-    best: str
-    unit: str
-    measured: float | None
-    state: State
-    count: int = 0
-    undefined: int = 0
-    warned: int = 0
-    failed: int = 0
-    worst: dict[str, Any] | None = None
-    reason: str = ""
-
-    @property
-    def id(self) -> str:
-        """`profile.limit`, stable."""
-        return f"{self.profile}.{self.limit.id}"
-
-    @property
-    def deciding(self) -> float | None:
-        """The limit that the state speaks of: of a failure `fail`, else `warn` where there is one."""
-        limit = self.limit
-        if self.state == "fail" or limit.warn is None:
-            return limit.fail
-        return limit.warn
-
-    def as_json(self) -> dict[str, Any]:
-        """The rule as the document holds it."""
-        limit = self.limit
-        return {
-            "id": self.id,
-            "name": limit.name,
-            "metric": limit.subject,
-            "stat": limit.stat,
-            "limit": self.deciding,
-            "measured": None if self.measured is None else plain(self.measured),
-            "state": self.state,
-            "sense": limit.direction(self.best),
-            "inclusive": limit.inclusive,
-            "warn": limit.warn,
-            "fail": limit.fail,
-            "value_beyond": limit.beyond,
-            "value_sense": limit.values_beyond(self.best),
-            "unit": "1" if limit.stat in ("share", "count") else self.unit,
-            "on": _on(limit),
-            "count": self.count,
-            "undefined": self.undefined,
-            "beyond": self.failed if self.state == "fail" else self.warned,
-            "beyond_warn": self.warned,
-            "beyond_fail": self.failed,
-            "worst": self.worst,
-            "reason": self.reason,
-            "source": limit.source,
-            "verified": limit.verified,
-            "note": limit.note,
-        }
-
-
-@dataclass(frozen=True)
-class NotApplicable:
-    """A limit that no entity of this mesh is subject to."""
-
-    id: str
-    reason: str
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """All rules of a profile, in its order, and the limits that do not apply to this mesh."""
-
-    profile: Profile
-    rules: tuple[Rule, ...]
-    not_applicable: tuple[NotApplicable, ...] = field(default=())
-
-    @property
-    def state(self) -> State:
-        """fail over incomplete over warn over pass; incomplete where no rule applies, for then nothing was judged."""
-        states = {rule.state for rule in self.rules}
-        return next((s for s in ("fail", "incomplete", "warn", "pass") if s in states), "incomplete")
-
-
-def is_beyond(value: float, limit: float | None, sense: Sense, *, inclusive: bool = False) -> bool:
-    """Whether a number is on the bad side of a limit; False for nan and where there is no limit."""
-    if limit is None:
-        return False
-    if inclusive and value == limit:
-        return True
-    return value > limit if sense == "above" else value < limit
-
-
-def judge(low: float, high: float, limit: Limit, sense: Sense) -> State:
-    """The state of a figure known to lie between `low` and `high`, both its value where it is known.
-
-    For limits on one side: `high` is the worse end for sense "above", `low` for "below".
-    """
-    states = [
-        next((name for name, x in (("fail", limit.fail), ("warn", limit.warn))
-              if is_beyond(figure, x, sense, inclusive=limit.inclusive)), "pass")
-        for figure in ((low, high) if sense == "above" else (high, low))
-    ]  # fmt: skip
-    at_best, at_worst = states
-    return cast(State, at_best if at_best in ("fail", at_worst) else "incomplete")
+__all__ = ["evaluate"]
 
 
 def evaluate(
@@ -200,12 +66,12 @@ def _rule(
         return _of_finding(profile, limit, findings.get(limit.finding, 0))
     if limit.metric == CELLS:
         return _of_types(measured.mesh, places, profile, limit)
-    if _MIRRORS.get(limit.metric) in measured.values:
-        return _mirrored_back(_rule(measured, places, profile, _mirrored(limit), findings), limit)
+    if MIRRORS.get(limit.metric) in measured.values:
+        return mirrored_back(_rule(measured, places, profile, mirrored(limit), findings), limit)
     metric = METRICS.get(limit.metric) or QUANTITIES.get(limit.metric)
     name = f"{profile.name}.{limit.id}"
     if metric is None or (limit.metric in METRICS and limit.metric not in measured.values):
-        if limit.types and not any(_matches(block.type, limit) and len(block) for block in measured.mesh.blocks):
+        if limit.types and not any(matches(block.type, limit) and len(block) for block in measured.mesh.blocks):
             return NotApplicable(name, f"the mesh has no {' or '.join(limit.types)} cells")
         best, unit = ("low", "1") if metric is None else (metric.best, metric.unit)
         return Rule(profile.name, limit, best, unit, None, "incomplete", reason=f"{limit.metric} was not measured")
@@ -215,94 +81,12 @@ def _rule(
     return _of_values(places, profile, limit, metric.best, metric.unit, found)
 
 
-_MIRRORS = {"icem.equiangle_skewness": "gambit.equiangle_skew"}
-"""Metrics that are 1 minus another: limits on them are compared on the scale of the other, for 1 - 0.8 < 0.2."""
-
-
-def _mirrored(limit: Limit) -> Limit:
-    """The same limit on the other scale."""
-
-    def other(value: float | None) -> float | None:
-        return None if value is None else _one_minus(value)
-
-    turned = replace(limit, metric=_MIRRORS[limit.metric], warn=other(limit.warn), fail=other(limit.fail))
-    if limit.stat in ("share", "count"):
-        turned = replace(limit, metric=turned.metric, beyond=other(limit.beyond))
-    stat = {"max": "min", "min": "max"}.get(limit.stat, limit.stat)
-    sense = {"above": "below", "below": "above"}.get(limit.sense, "")
-    return replace(turned, stat=stat, sense=sense)  # type: ignore[arg-type]
-
-
-def _mirrored_back(rule: Rule | NotApplicable, limit: Limit) -> Rule | NotApplicable:
-    """A rule on the other scale, told on that of the limit."""
-    if isinstance(rule, NotApplicable):
-        return rule
-    metric = METRICS[limit.metric]
-    measured, worst = rule.measured, rule.worst
-    if measured is not None and limit.stat not in ("share", "count"):
-        measured = _one_minus(measured)
-    if worst is not None:
-        worst = {**worst, "value": _one_minus(float(worst["value"]))}
-    return replace(rule, limit=limit, best=metric.best, unit=metric.unit, measured=measured, worst=worst)
-
-
-def _one_minus(value: float) -> float:
-    """1 - value as decimals have it, so that the mirror of 0.8 is 0.2 and no less."""
-    return float(1 - Decimal(repr(value))) if math.isfinite(value) else 1.0 - value
-
-
 def _absence(limit: Limit, entity: str) -> str:
     if entity != "cell":
         return f"the mesh has no such {entity}s"
-    kinds = " or ".join(limit.types) or "its type of"
+    kinds = " or ".join(limit.types)
     order = {1: "first-order ", 2: "second-order "}.get(limit.order, "")
-    return f"the mesh has no {order}{kinds} cells"
-
-
-def _on(limit: Limit) -> str:
-    """What a limit is on, in words."""
-    if limit.faces:
-        return f"{limit.faces} faces"
-    metric = METRICS.get(limit.metric) or QUANTITIES.get(limit.metric)
-    if metric is not None and metric.entity != "cell":
-        return f"{metric.entity}s"
-    order = {1: " (first order)", 2: " (second order)"}.get(limit.order, "")
-    return (" ".join(limit.types) or ("mesh" if limit.finding else "all")) + order
-
-
-def _matches(kind: str, limit: Limit) -> bool:
-    cell = CELL_TYPES[kind]
-    if limit.order and cell.order != limit.order:
-        return False
-    return not limit.types or kind in limit.types or cell.corners in limit.types
-
-
-def samples(measured: Measured, places: Places, limit: Limit) -> Iterator[Sample]:
-    """The values a limit is on, one set per cell type."""
-    mesh = measured.mesh
-    if limit.metric in QUANTITIES:
-        values = QUANTITIES[limit.metric].values(mesh)
-        rows = places.chosen("face", np.flatnonzero(~np.isnan(values)))
-        yield _of_faces(mesh, limit, values, rows)
-        return
-    metric = METRICS[limit.metric]
-    for key, raw in measured.values[limit.metric].items():
-        if key in CELL_TYPES and not _matches(key, limit):
-            continue
-        rows = places.chosen(key, measured.domain(limit.metric, key))
-        if key == "face":
-            sample = _of_faces(mesh, limit, raw, rows)
-        else:
-            sample = Sample(key, raw if rows is None else raw[rows], rows)
-        yield Sample(key, clamp(metric, sample.values), sample.rows)
-
-
-def _of_faces(mesh: Mesh, limit: Limit, values: Floats, rows: Rows | None) -> Sample:
-    if limit.faces:
-        outside = faces(mesh).neighbour == NO_CELL
-        wanted = outside if limit.faces == "boundary" else ~outside
-        rows = np.flatnonzero(wanted) if rows is None else rows[wanted[rows]]
-    return Sample("face", values if rows is None else values[rows], rows)
+    return f"the mesh has no {order}{kinds} cells" if kinds else f"the mesh has no {order}cells it is defined on"
 
 
 def _of_finding(profile: Profile, limit: Limit, n: int) -> Rule:
@@ -321,7 +105,7 @@ def _of_types(mesh: Mesh, places: Places, profile: Profile, limit: Limit) -> Rul
     total = sum(n for kind, n in counts.items() if CELL_TYPES[kind].dimension in dimensions)
     if not total:
         return NotApplicable(f"{profile.name}.{limit.id}", "the mesh has no cells of this dimension")
-    n = sum(n for kind, n in counts.items() if _matches(kind, limit))
+    n = sum(n for kind, n in counts.items() if matches(kind, limit))
     share = n / total
     warned, failed = (
         n if is_beyond(share, x, "above", inclusive=limit.inclusive) else 0 for x in (limit.warn, limit.fail)

@@ -16,8 +16,9 @@ from meshwright.audit.measurement import Measured
 from meshwright.audit.mesh import Floats
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.places import Places, plain
-from meshwright.audit.profiles.evaluate import Judgement, Rule, samples
 from meshwright.audit.profiles.model import Limit
+from meshwright.audit.profiles.rule import Judgement, Rule
+from meshwright.audit.profiles.sampling import samples
 from meshwright.audit.profiles.strict import Table, load_toml
 from meshwright.audit.statistics import worst_first
 

@@ -45,7 +45,7 @@ CRITERIA: dict[str, _Criterion] = {
     "min length": _Criterion("edge.min", "min", _SHELLS, None, 59),
     "max length": _Criterion("edge.max", "max", _SHELLS, None, 39),
     "aspect ratio": _Criterion("hm.aspect", "max", _SHELLS, 1.0, 41),
-    "warpage": _Criterion("hm.warpage", "max", ("quad",), 0.0, 56),
+    "warpage": _Criterion("icem.max_warp", "max", ("quad",), 0.0, 56),
     "max angle quad": _Criterion("angle.max", "max", ("quad",), 90.0, 28),
     "min angle quad": _Criterion("angle.min", "min", ("quad",), 90.0, 61),
     "max angle tria": _Criterion("angle.max", "max", ("tri",), 60.0, 19),

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
+from meshwright.audit.findings.collect import collected
 from meshwright.audit.findings.hull import Hull, mesh_hull
 from meshwright.audit.findings.overlaps import find_overlaps
 from meshwright.audit.findings.shapes import cell_shapes
@@ -130,20 +132,9 @@ def _contacts(mesh: Mesh) -> Contacts:
     tree = hull.tree
     ordered = tree.order, tree.boxes, tree.nodes
     most = MOST if rim else LOOSE
-    touches = find_touches(
-        hull.x,
-        hull.reach,
-        hull.point_tree.order,
-        hull.offsets,
-        hull.nodes,
-        hull.centre,
-        hull.normal,
-        hull.size,
-        *hull.around,
-        *ordered,
-        rim,
-        most,
-    )
+    measured = hull.offsets, hull.nodes, hull.centre, hull.normal, hull.size, *hull.around
+    near = partial(find_touches, hull.x, hull.reach, hull.point_tree.order, *measured, *ordered, rim, most)
+    touches = collected(near, np.int32, np.int32, np.float64)
     if not len(touches[0]):
         return Contacts(hull)
     chosen = seeds(
@@ -160,9 +151,9 @@ def _contacts(mesh: Mesh) -> Contacts:
     )
     if not chosen.any():
         return Contacts(hull)
-    first, second, overlap, gap = find_overlaps(
-        chosen, *shape, hull.centre, hull.normal, hull.area, hull.size, *ordered, rim, most, _LEAST
-    )
+    sized = hull.centre, hull.normal, hull.area, hull.size
+    over = partial(find_overlaps, chosen, *shape, *sized, *ordered, rim, most, _LEAST)
+    first, second, overlap, gap = collected(over, np.int32, np.int32, np.float64, np.float64)
     first, second, overlap, gap = _between_cells(hull, first, second, overlap, gap)
     swap = hull.part[first] > hull.part[second]
     first, second = np.where(swap, second, first), np.where(swap, first, second)
@@ -172,13 +163,14 @@ def _contacts(mesh: Mesh) -> Contacts:
     one = (hull.part[first] == hull.part[second]) | rim
     within = np.where(one, np.minimum(MOST * size, np.maximum(TIGHT * size, ROUNDING)), LOOSE * size)
     same, sharing = np.zeros(len(first), dtype=bool), np.zeros(len(first), dtype=bool)
-    inside = compare(first, second, *shape, hull.centre, within, same, sharing)
+    agree = partial(compare, first, second, *shape, hull.centre, within, same, sharing)
+    points, facets = collected(agree, np.int32, np.int32)
     settled = np.zeros(len(hull), dtype=bool)
     settled[first[same]] = True
     settled[second[same]] = True
     keep = same | ~(settled[first] & settled[second])  # two facets that each have their own twin are only neighbours
     columns = (first[keep], second[keep], overlap[keep], gap[keep], same[keep])
-    return Contacts(hull, *columns, *_places(hull, columns, sharing[keep]), inside)
+    return Contacts(hull, *columns, *_places(hull, columns, sharing[keep]), (points, facets))
 
 
 def _between_cells(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meshwright.audit.findings.collect import collected
 from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
@@ -58,7 +60,7 @@ def near_points(facts: Facts) -> Found | None:
         tree.nodes,
         most,
     )
-    first, second, distance = close_pairs(*pairs)
+    first, second, distance = collected(partial(close_pairs, *pairs), np.int32, np.int32, np.float64)
     open_ = ~(explained[first] & explained[second])
     first, second, distance = first[open_], second[open_], distance[open_]
     if not len(first):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from meshwright.audit.connectivity import faces, points_to_cells
+from meshwright.audit.findings.collect import collected
 from meshwright.audit.findings.contacts import Contact, mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
@@ -54,8 +56,8 @@ def hanging_nodes(facts: Facts) -> Found | None:
             "families": families,
             "cells_with_straight_corners": [
                 {"cell": int(mesh.ids_of_cells(cell)), "nodes": int(n)}
-                for cell, n in zip(*np.unique(cells, return_counts=True), strict=True)
-            ][:_MOST_LISTED],
+                for cell, n in zip(*(c[:_MOST_LISTED] for c in np.unique(cells, return_counts=True)), strict=True)
+            ],
         },
     )
 
@@ -69,9 +71,10 @@ def _straight(facts: Facts) -> tuple[Ints, Ints]:
         if block.items is None or block.offsets is None or not len(block):
             continue
         if block.type == "polygon":
-            at, of = straight_corners_of_polygons(mesh.points, block.offsets, block.items)
+            run = partial(straight_corners_of_polygons, mesh.points, block.offsets, block.items)
         else:
-            at, of = straight_corners(mesh.points, block.offsets, block.items, found.offsets, found.nodes)
+            run = partial(straight_corners, mesh.points, block.offsets, block.items, found.offsets, found.nodes)
+        at, of = collected(run, np.int64, np.int64)
         points.append(at)
         cells.append(block.rows[of])
     point, cell = np.concatenate(points), np.concatenate(cells)

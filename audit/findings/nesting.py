@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.findings.boxes import box_tree, boxes_near
+from meshwright.audit.findings.collect import collected
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
@@ -42,7 +45,8 @@ def nesting(
     size = np.prod(high - low, axis=1)
     for k in pieces[holders].tolist():
         start = int(nodes[offsets[first[k]]])
-        crossed = _crossings(points, offsets, nodes, corners, shell, cells, start, tree.order, tree.boxes, tree.nodes)
+        table = (points, offsets, nodes, corners, shell, cells, start, tree.order, tree.boxes, tree.nodes)
+        (crossed,) = collected(partial(_crossings, *table), np.int32)
         around, times = np.unique(crossed[crossed != k], return_counts=True)
         around = around[times % 2 == 1]
         depth[k] = len(around)
@@ -112,8 +116,10 @@ def _crossings(
     order: Ints,
     boxes: Floats,
     heap: Floats,
-) -> Ints:
-    """Pieces that the ray from point `start` towards +z crosses, once for each triangle it goes through.
+    out: Ints,
+) -> int:
+    """Pieces that the ray from point `start` towards +z crosses, once for each triangle it goes through: how many, for
+    `collected`.
 
     The number of times an edge winds past the ray is counted by half-open intervals of y, so that a ray through an
     edge or a corner goes through one of the triangles beside it.
@@ -125,7 +131,6 @@ def _crossings(
     if count > near.size:
         near = np.empty(count, np.int32)
         boxes_near(boxes, heap, box, near)
-    out = np.empty(64, np.int32)
     n = 0
     for i in range(count):
         c = cells[order[near[i]]]
@@ -150,8 +155,7 @@ def _crossings(
             nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
             height = (points[o, 0] - x) * nx + (points[o, 1] - y) * ny + (points[o, 2] - z) * nz
             if (height > 0.0) == (nz > 0.0) and nz != 0.0:
-                if n == out.size:
-                    out = np.append(out, out)
-                out[n] = shell[c]
+                if n < out.size:
+                    out[n] = shell[c]
                 n += 1
-    return out[:n]
+    return n

@@ -138,12 +138,14 @@ def find_overlaps(
     rim: bool,
     most: float,
     least: float,
-) -> tuple[Ints, Ints, Floats, Floats]:
+    first: Ints,
+    second: Ints,
+    overlaps: Floats,
+    gaps: Floats,
+) -> int:
     """(f, g, overlap, gap): pairs of facets of which one at least is chosen, no further apart than `most` times their
-    size, that share more than `least` of the smaller one's area."""
+    size, that share more than `least` of the smaller one's area: how many, for `collected`."""
     n = 0
-    first, second = np.empty(64, np.int32), np.empty(64, np.int32)
-    overlaps, gaps = np.empty(64), np.empty(64)
     near = np.empty(256, np.int32)
     box = np.empty(6)
     longest = 2
@@ -172,9 +174,7 @@ def find_overlaps(
                 overlap, gap = _overlap_of_faces(x, offsets, nodes, centre, normal, f, g, work)
             if not (overlap > least * min(area[f], area[g]) and gap <= most * min(size[f], size[g])):
                 continue
-            if n == first.size:
-                first, second = np.append(first, first), np.append(second, second)
-                overlaps, gaps = np.append(overlaps, overlaps), np.append(gaps, gaps)
-            first[n], second[n], overlaps[n], gaps[n] = min(f, g), max(f, g), overlap, gap
+            if n < first.size:
+                first[n], second[n], overlaps[n], gaps[n] = min(f, g), max(f, g), overlap, gap
             n += 1
-    return first[:n], second[:n], overlaps[:n], gaps[:n]
+    return n

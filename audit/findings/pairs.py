@@ -50,14 +50,17 @@ def close_pairs(
     boxes: Floats,
     heap: Floats,
     most: float,
-) -> tuple[Ints, Ints, Floats]:
-    """(p, q, distance), p < q: different places no further apart than `most` times the shortest edges at both.
+    first: Ints,
+    second: Ints,
+    distances: Floats,
+) -> int:
+    """(p, q, distance), p < q: different places no further apart than `most` times the shortest edges at both: how
+    many, for `collected`.
 
     Left out are points on two sides of what is meshed, by the normals (m, 3) of the facets, outward or 0; corners of
     one facet; and corners one facet further on, which are close where a surface folds sharply.
     """
     n = 0
-    first, second, distances = np.empty(64, np.int32), np.empty(64, np.int32), np.empty(64)
     near = np.empty(256, np.int32)
     box = np.empty(6)
     for i in range(order.size):
@@ -85,9 +88,7 @@ def close_pairs(
                 continue
             if _neighbours(offsets, nodes, starts, around, p, q):
                 continue
-            if n == first.size:
-                first, second = np.append(first, first), np.append(second, second)
-                distances = np.append(distances, distances)
-            first[n], second[n], distances[n] = min(p, q), max(p, q), np.sqrt(square)
+            if n < first.size:
+                first[n], second[n], distances[n] = min(p, q), max(p, q), np.sqrt(square)
             n += 1
-    return first[:n], second[:n], distances[:n]
+    return n

@@ -20,10 +20,9 @@ _STRAIGHT = 1e-3
 
 
 @kernel
-def straight_corners_of_polygons(points: Floats, offsets: Ints, nodes: Ints) -> tuple[Ints, Ints]:
-    """(points, polygons): corners at which a polygon goes straight on."""
+def straight_corners_of_polygons(points: Floats, offsets: Ints, nodes: Ints, at: Ints, of: Ints) -> int:
+    """(points, polygons): corners at which a polygon goes straight on: how many, for `collected`."""
     n = 0
-    at, of = np.empty(64, np.int64), np.empty(64, np.int64)
     for c in range(offsets.size - 1):
         first, last = offsets[c], offsets[c + 1]
         for i in range(first, last):
@@ -38,21 +37,22 @@ def straight_corners_of_polygons(points: Floats, offsets: Ints, nodes: Ints) -> 
                 uv += u * v
             # sin**2 = 1 - cos**2 loses digits only far below the limit
             if uv > 0.0 and uu * vv - uv * uv <= _STRAIGHT * _STRAIGHT * uu * vv:
-                if n == at.size:
-                    at, of = np.append(at, at), np.append(of, of)
-                at[n], of[n] = p, c
+                if n < at.size:
+                    at[n], of[n] = p, c
                 n += 1
-    return at[:n], of[:n]
+    return n
 
 
 @kernel
-def straight_corners(points: Floats, starts: Ints, cell_faces: Ints, offsets: Ints, nodes: Ints) -> tuple[Ints, Ints]:
-    """(points, polyhedra): corners at which the faces of a polyhedron have fewer than three directions.
+def straight_corners(
+    points: Floats, starts: Ints, cell_faces: Ints, offsets: Ints, nodes: Ints, at: Ints, of: Ints
+) -> int:
+    """(points, polyhedra): corners at which the faces of a polyhedron have fewer than three directions: how many, for
+    `collected`.
 
     starts, cell_faces: faces of each polyhedron, which are rows of (offsets, nodes).
     """
     n = 0
-    at, of = np.empty(64, np.int64), np.empty(64, np.int64)
     n_faces = offsets.size - 1
     normal = np.zeros((n_faces, 3))
     for f in range(n_faces):
@@ -101,8 +101,7 @@ def straight_corners(points: Floats, starts: Ints, cell_faces: Ints, offsets: In
                 p = nodes[k]
                 if rank[p] < 3 and seen[p] == c:
                     seen[p] = -1
-                    if n == at.size:
-                        at, of = np.append(at, at), np.append(of, of)
-                    at[n], of[n] = p, c
+                    if n < at.size:
+                        at[n], of[n] = p, c
                     n += 1
-    return at[:n], of[:n]
+    return n

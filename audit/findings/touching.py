@@ -11,6 +11,8 @@ from meshwright.audit.mesh import Ints
 
 __all__ = ["MOST", "ROUNDING", "TIGHT", "compare", "facing", "find_touches", "seeds"]
 
+_SPOKE = 1e-6
+
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
@@ -51,50 +53,33 @@ def _has(nodes: Ints, first: int, last: int, p: int) -> bool:
 
 
 @inner
-def _square_to_segment(p: Floats, a: Floats, b: Floats) -> float:
-    """Square of the distance from p to the segment a b."""
-    along = length = 0.0
-    for d in range(3):
-        along += (p[d] - a[d]) * (b[d] - a[d])
-        length += (b[d] - a[d]) ** 2
-    t = min(max(along / length, 0.0), 1.0) if length > 0.0 else 0.0
-    square = 0.0
-    for d in range(3):
-        square += (p[d] - a[d] - t * (b[d] - a[d])) ** 2
-    return square
-
-
-@inner
-def _square_to_triangle(p: Floats, a: Floats, b: Floats, c: Floats) -> float:
-    """Square of the distance from p to the triangle a b c: to its plane over the triangle, else to its nearest edge."""
-    ux, uy, uz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
-    vx, vy, vz = c[0] - a[0], c[1] - a[1], c[2] - a[2]
-    wx, wy, wz = p[0] - a[0], p[1] - a[1], p[2] - a[2]
-    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    nn = nx * nx + ny * ny + nz * nz
-    if nn > 0.0:
-        s = ((wy * vz - wz * vy) * nx + (wz * vx - wx * vz) * ny + (wx * vy - wy * vx) * nz) / nn
-        t = ((uy * wz - uz * wy) * nx + (uz * wx - ux * wz) * ny + (ux * wy - uy * wx) * nz) / nn
-        if s >= 0.0 and t >= 0.0 and s + t <= 1.0:
-            h = wx * nx + wy * ny + wz * nz
-            return h * h / nn
-    return min(_square_to_segment(p, a, b), _square_to_segment(p, b, c), _square_to_segment(p, c, a))
-
-
-@inner
 def _distance(x: Floats, offsets: Ints, nodes: Ints, centre: Floats, p: int, g: int) -> float:
-    """From point p to facet g, which is a segment, a triangle, or a fan of triangles about its centre."""
+    """From point p to facet g, an edge or a fan of triangles about its centre: to their planes over them, else to the
+    edges around."""
+    px, py, pz = x[p, 0], x[p, 1], x[p, 2]
+    ox, oy, oz = centre[g, 0], centre[g, 1], centre[g, 2]
     first, last = offsets[g], offsets[g + 1]
-    n = last - first
-    if n == 2:
-        return np.sqrt(_square_to_segment(x[p], x[nodes[first]], x[nodes[first + 1]]))
-    if n == 3:
-        return np.sqrt(_square_to_triangle(x[p], x[nodes[first]], x[nodes[first + 1]], x[nodes[first + 2]]))
     best = np.inf
     a = nodes[last - 1]
     for i in range(first, last):
         b = nodes[i]
-        best = min(best, _square_to_triangle(x[p], centre[g], x[a], x[b]))
+        ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        dx, dy, dz = px - x[a, 0], py - x[a, 1], pz - x[a, 2]
+        ee = ex * ex + ey * ey + ez * ez
+        t = min(max((dx * ex + dy * ey + dz * ez) / ee, 0.0), 1.0) if ee > 0.0 else 0.0
+        best = min(best, (dx - t * ex) ** 2 + (dy - t * ey) ** 2 + (dz - t * ez) ** 2)
+        if last - first > 2:
+            ux, uy, uz = x[a, 0] - ox, x[a, 1] - oy, x[a, 2] - oz
+            vx, vy, vz = x[b, 0] - ox, x[b, 1] - oy, x[b, 2] - oz
+            wx, wy, wz = px - ox, py - oy, pz - oz
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+            nn = nx * nx + ny * ny + nz * nz
+            s = (wy * vz - wz * vy) * nx + (wz * vx - wx * vz) * ny + (wx * vy - wy * vx) * nz
+            t = (uy * wz - uz * wy) * nx + (uz * wx - ux * wz) * ny + (ux * wy - uy * wx) * nz
+            # two triangles of the fan meet in a spoke, which neither may miss
+            if nn > 0.0 and s >= -_SPOKE * nn and t >= -_SPOKE * nn and s + t <= nn:
+                height = wx * nx + wy * ny + wz * nz
+                best = min(best, height * height / nn)
         a = b
     return np.sqrt(best)
 
@@ -116,13 +101,15 @@ def find_touches(
     heap: Floats,
     rim: bool,
     most: float,
-) -> tuple[Ints, Ints, Floats]:
-    """(points, facets, distances): points within `most` times the local size of a facet that faces one of theirs.
+    points: Ints,
+    facets: Ints,
+    distances: Floats,
+) -> int:
+    """Points within `most` times the local size of a facet that faces one of theirs: how many, for `collected`.
 
     visit: the points in an order in which neighbours come one after the other.
     """
     n = 0
-    points, facets, distances = np.empty(64, np.int32), np.empty(64, np.int32), np.empty(64)
     near = np.empty(256, np.int32)
     box = np.empty(6)
     for p in visit:
@@ -149,13 +136,10 @@ def find_touches(
             distance = _distance(x, offsets, nodes, centre, p, g)
             if not distance <= most * min(size[g], reach[p]):
                 continue
-            if n == points.size:
-                points = np.append(points, points)
-                facets = np.append(facets, facets)
-                distances = np.append(distances, distances)
-            points[n], facets[n], distances[n] = p, g, distance
+            if n < points.size:
+                points[n], facets[n], distances[n] = p, g, distance
             n += 1
-    return points[:n], facets[:n], distances[:n]
+    return n
 
 
 @kernel
@@ -199,14 +183,16 @@ def compare(
     within: Floats,
     same: Bools,
     sharing: Bools,
-) -> tuple[Ints, Ints]:
-    """(points, facets) of the corners of one facet of a pair that lie inside the other, not at its corners.
+    points: Ints,
+    facets: Ints,
+) -> int:
+    """(points, facets) of the corners of one facet of a pair that lie inside the other, not at its corners: how many,
+    for `collected`.
 
     within (n,): how far apart the facets of a pair may be.  Filled: same (n,), all corners of both
     in common or in one place; sharing (n,), some corner in common.
     """
     n = 0
-    points, facets = np.empty(64, np.int32), np.empty(64, np.int32)
     for i in range(first.size):
         all_same = offsets[first[i] + 1] - offsets[first[i]] == offsets[second[i] + 1] - offsets[second[i]]
         limit = within[i]
@@ -227,9 +213,8 @@ def compare(
                     continue
                 all_same = False
                 if _distance(x, offsets, nodes, centre, p, g) <= limit:
-                    if n == points.size:
-                        points, facets = np.append(points, points), np.append(facets, facets)
-                    points[n], facets[n] = p, g
+                    if n < points.size:
+                        points[n], facets[n] = p, g
                     n += 1
         same[i] = all_same
-    return points[:n], facets[:n]
+    return n

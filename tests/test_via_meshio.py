@@ -354,7 +354,8 @@ def test_nodes_that_a_cell_does_not_keep_are_not_called_unused(tmp_path: Path) -
     assert mesh.block("wedge15").nodes.tolist() == [list(range(15))]
     assert mesh.spare_points is not None
     assert mesh.spare_points.tolist() == [15, 16, 17]
-    assert [(f.code, f.rows.tolist()) for f in run_checks(mesh)] == [("unused-points", [18])]
+    faults = [f for f in run_checks(mesh) if f.severity != "info"]
+    assert [(f.code, f.rows.tolist()) for f in faults] == [("unused-points", [18])]
 
 
 @pytest.mark.parametrize(("name", "file_format"), [("m.mesh", "medit"), ("m.lb8.ugrid", "ugrid"), ("m.obj", "obj")])

@@ -58,8 +58,9 @@ class Columns:
 def wall_columns(mesh: Mesh) -> tuple[Columns, ...]:
     """Walk the columns of every wall zone, once for a mesh; none for a shell.
 
-    A cell carries a column on when it is a prism over the face it was entered by: a hexahedron, a wedge over a
-    triangle, a polyhedron with a face of as many corners opposite and one side face a corner; a quadrilateral in 2-D.
+    A cell carries a column on when it is a prism over the face it was entered by: one other face has no corner in
+    common with that, all the rest an edge. So do hexahedra, wedges over a triangle, polyhedra made of such prisms even
+    where an edge of the upper face has closed, and quadrilaterals in 2-D.
     Its height is the distance between the means of the corners of the two faces, its width the side of a square (an
     equilateral triangle) of the area of the face, in 2-D the length of the edge. A column ends before the first cell
     that is not lower than wide, and has no layers where its first cell is higher than half its width. Where it goes on
@@ -128,9 +129,7 @@ def _neighbours(mesh: Mesh, rows: Ints) -> Ints:
 @inner
 def _opposite(base: int, cell: int, offsets: Ints, nodes: Ints, starts: Ints, items: Ints) -> int:
     """The face of a prism opposite to `base`, -1 where the cell is no prism over it."""
-    size = offsets[base + 1] - offsets[base]
-    if starts[cell + 1] - starts[cell] != size + 2:
-        return -1
+    common = 2 if offsets[base + 1] - offsets[base] > 2 else 1
     found = -1
     for k in range(starts[cell], starts[cell + 1]):
         g = items[k]
@@ -140,9 +139,9 @@ def _opposite(base: int, cell: int, offsets: Ints, nodes: Ints, starts: Ints, it
         for i in range(offsets[g], offsets[g + 1]):
             for j in range(offsets[base], offsets[base + 1]):
                 shared += nodes[i] == nodes[j]
-        if shared == 0 and offsets[g + 1] - offsets[g] == size and found < 0:
+        if shared == 0 and found < 0:
             found = g
-        elif (shared != 2 or offsets[g + 1] - offsets[g] != 4) if size > 2 else shared != 1:
+        elif shared != common:
             return -1
     return found
 

@@ -252,18 +252,20 @@ def curve_counts(facts: Facts) -> list[dict[str, Any]]:
     chosen = np.flatnonzero(found.curve >= 0)
     at = np.searchsorted(table @ scale, found.edges[chosen] @ scale)
     length, size, of = wanted.length[at], _wanted(facts, wanted)[at], found.curve[chosen]
+    h = np.full(found.n_curves, np.nan)
+    np.fmin.at(h, of, size)
+    total, count = np.bincount(of, length, found.n_curves), np.bincount(of, minlength=found.n_curves)
+    with np.errstate(all="ignore"):
+        ratio = total / h
     rows = []
-    for k in range(found.n_curves):
-        here = of == k
-        h = np.fmin.reduce(size[here])
-        if np.isfinite(h) and h > 0.0:
-            total = float(length[here].sum())
-            if not total / h < 1e18:
-                continue
-            expected = max(math.floor(total / h * (1.0 + 1e-9)), 1)
-            rows.append(
-                {"curve": k, "length": total, "wanted": float(h), "edges": int(here.sum()), "expected": expected}
-            )
+    for k in np.flatnonzero((h > 0.0) & (ratio < 1e18)).tolist():
+        expected = max(math.floor(float(ratio[k]) * (1.0 + 1e-9)), 1)
+        rows.append(
+            {
+                "curve": k, "length": float(total[k]), "wanted": float(h[k]), "edges": int(count[k]),
+                "expected": expected,
+            }
+        )  # fmt: skip
     return rows
 
 

@@ -206,7 +206,7 @@ def test_a_jacobian_that_all_but_touches_0_inside_is_left_undecided_and_proven_a
 
 
 def test_a_pyramid_is_judged_at_its_apex_too():
-    """Narrowed along x to the width m of the base half-way up, its Jacobian is 1 - w + w (4 m - 1): 4 m - 1 at the apex."""
+    """As wide as m of its base half-way up, its Jacobian is 1 - w + w (4 m - 1) at height w: 4 m - 1 at the apex."""
     cells = []
     for m in (0.5, 0.3, 0.25 + 1e-9, 0.25, 0.25 - 1e-9, 0.2):
         points = straight("pyramid13")

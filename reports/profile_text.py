@@ -120,12 +120,12 @@ def export_profile(name: str, kind: str) -> tuple[str, list[str]]:
     return EXPORTS[kind](read_profile(name))
 
 
-def limits_on(metric: str) -> list[str]:
-    """A line for each limit on a metric: who sets it, on what, from which value on, and where it stands."""
+def limits_on(id_: str) -> list[str]:
+    """A line for each limit on a metric or a check: who sets it, on what, from which value on, and where it stands."""
     lines = []
     for name in PROFILES:
         for limit in read_profile(name).limits:
-            if limit.metric != metric:
+            if id_ not in (limit.metric, limit.finding):
                 continue
             warn, fail = limit_text(limit, _best(limit))
             levels = [f"{word} unless {text}" for word, text in (("warns", warn), ("fails", fail)) if text]

@@ -1,4 +1,4 @@
-"""What the program knows, as text: metrics, the applicability table, file formats."""
+"""What the program knows, as text: metrics, checks, the applicability table, file formats."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ from rich.table import Table
 from rich.text import Text
 
 from meshwright.audit.cells import CELL_TYPES, LINEAR_TYPES, POLYTOPES
-from meshwright.audit.metrics import APPLICABILITY, DEFAULT, METRICS, Metric, find
+from meshwright.audit.findings import CHECKS, Check
+from meshwright.audit.metrics import APPLICABILITY, DEFAULT, LEFT_OUT, METRICS, Metric, find
 from meshwright.audit.profiles.quantities import QUANTITIES, Quantity
 from meshwright.audit.readers import FORMATS
 from meshwright.reports.layout import Column, Grid, page_text
 from meshwright.reports.profile_text import limits_on
 from meshwright.reports.writing import page_width, wants_colour
 
-__all__ = ["applicability_table", "explain", "list_formats", "list_metrics"]
+__all__ = ["applicability_table", "explain", "list_checks", "list_formats", "list_left_out", "list_metrics"]
 
 
 def _print(*parts: RenderableType) -> str:
@@ -31,13 +32,61 @@ def list_metrics() -> str:
         kinds = {"cell": kinds, "face": f"faces ({kinds})", "point": "points"}[metric.entity]
         table.add(metric.id, metric.title, _best(metric), kinds)
     note = "" if len(DEFAULT) == len(METRICS) else f"\n`--metrics default` measures: {', '.join(DEFAULT)}"
-    return _print(table, Text(f"{note}\nmeshwright explain METRIC tells more.", style="dim"))
+    more = "meshwright explain METRIC tells more; --checks lists the checks, --left-out what is no metric here and why."
+    return _print(table, Text(f"{note}\n{more}", style="dim"))
+
+
+def list_checks() -> str:
+    """A line per check, by its code."""
+    table = Grid((Column("check"), Column("severity"), Column("what", cut=True)), indent=0)
+    for check in CHECKS.values():
+        table.add(check.code, check.severity, check.title)
+    return _print(table, Text("\nmeshwright explain CHECK tells more.", style="dim"))
+
+
+def list_left_out() -> str:
+    """A line per name of another program that is no metric here."""
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(no_wrap=True)
+    table.add_column(ratio=1, style="dim")
+    for name, reason in LEFT_OUT.items():
+        table.add_row(name, reason)
+    return _print(table)
+
+
+def _explain_check(check: Check) -> str:
+    """Everything about one check."""
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(style="dim", no_wrap=True)
+    table.add_column(ratio=1)
+    table.add_row("looks for", " ".join((check.find.__doc__ or "").split()))
+    table.add_row("severity", check.severity)
+    table.add_row("because", check.reason)
+    table.add_row("lists", f"{check.entity}s")
+    if check.needs:
+        table.add_row("looks at", f"meshes with {', '.join(check.needs)}")
+    table.add_row("limits", "\n".join(limits_on(check.code)) or "no profile counts it")
+    return _print(Text(check.code, style="bold").append(f"  {check.title}", style="not bold"), Text(""), table)
+
+
+def _left_out(key: str) -> str | None:
+    """What is said of a name that is no metric here, None for a name nobody knows."""
+    words = key.casefold().replace("_", " ").strip()
+    for name, reason in LEFT_OUT.items():
+        spelled = name.casefold().replace("_", " ")
+        if words in (spelled, spelled.partition(": ")[2], spelled.replace(": ", "."), spelled.partition(".")[2]):
+            return _print(Text(name, style="bold").append("  no metric here", style="not bold"), Text(f"\n{reason}"))
+    return None
 
 
 def explain(key: str) -> str:
-    """Everything about one metric and who limits it; UsageError with near matches for an unknown one."""
+    """Everything about a metric or a check and who limits it; UsageError with near matches for an unknown one."""
     if key in QUANTITIES:
         return _explain_quantity(QUANTITIES[key])
+    if key in CHECKS:
+        return _explain_check(CHECKS[key])
+    if key not in METRICS and (known := _left_out(key)) is not None:
+        return known
     metric = find(key)
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column(style="dim", no_wrap=True)

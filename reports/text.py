@@ -24,7 +24,7 @@ from meshwright.reports.text_tables import (
     zones_left_out,
 )
 from meshwright.reports.verdicts import worst_verdict
-from meshwright.reports.wording import name, plural, size
+from meshwright.reports.wording import name, number, plural, size
 
 __all__ = ["render"]
 
@@ -160,7 +160,10 @@ def _finding(finding: dict[str, Any], width: int) -> Iterator[RenderableType]:
             line.append(ids, style="not bold dim default")
             break
     yield line
-    yield Padding(Text(name(finding["message"], 600)), (0, 0, 0, 11))
+    text = Text(name(finding["message"], 600))
+    if severity != "info" and finding["places"]:
+        text.append(f"  (first at {'  '.join(f'{number(x):.6g}' for x in finding['places'][0])})", style="dim")
+    yield Padding(text, (0, 0, 0, 11))
 
 
 def _item(text: str) -> RenderableType:

@@ -31,7 +31,7 @@ from meshwright.audit.metrics import (
 )
 from meshwright.audit.metrics.row import Metric
 
-__all__ = ["APPLICABILITY", "DEFAULT", "METRICS", "Metric", "find", "select"]
+__all__ = ["APPLICABILITY", "DEFAULT", "LEFT_OUT", "METRICS", "Metric", "find", "select"]
 
 _FAMILIES = (
     *(angles, dihedral, aspect, edges, modes, jacobian, size),
@@ -41,6 +41,13 @@ _FAMILIES = (
 
 METRICS: dict[str, Metric] = {row.id: row for family in _FAMILIES for row in family.ROWS}
 """Every metric by id."""
+
+LEFT_OUT: dict[str, str] = {
+    (name if "." in name else f"{family.__name__.rpartition('.')[2]}: {name}"): reason
+    for family in (icem, structural, verdict)
+    for name, reason in family.LEFT_OUT.items()
+}
+"""Names of other programs' criteria that are no metrics here, and why: no usable definition, or another row has it."""
 
 DEFAULT: tuple[str, ...] = tuple(
     row.id for family in (angles, aspect, edges, modes, jacobian, size) for row in family.ROWS

@@ -8,7 +8,6 @@ corner where one, three or more features meet, or two that turn by more than the
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -17,12 +16,13 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import cell_components, faces, nodes_of_cells, used_points
-from meshwright.audit.csr import ragged, sort_keys, take, uniform_offsets
+from meshwright.audit.csr import ragged, take, uniform_offsets
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
 from meshwright.audit.sets import find_parts
+from meshwright.audit.surface_edges import face_normals, surface_edges
 
-__all__ = ["CORNER", "CURVE", "SURFACE", "UNUSED", "VOLUME", "Features", "features", "node_classes", "surface_edges"]
+__all__ = ["CORNER", "CURVE", "SURFACE", "UNUSED", "VOLUME", "Features", "features", "node_classes"]
 
 UNUSED, CORNER, CURVE, SURFACE, VOLUME = -1, 0, 1, 2, 3
 """Class of a point: the dimension of the geometry it lies on, and so in how many directions it may move."""
@@ -120,73 +120,6 @@ def _of_solid(mesh: Mesh, inner: Callable[[Mesh], Ints]) -> tuple[Ints, Ints, In
     return rows, edges, sides, degrees
 
 
-@kernel
-def surface_edges(offsets: Ints, nodes: Ints, normals: Floats, n_points: int) -> tuple[Ints, Ints, Floats]:
-    """Edges (m, 2) of faces, the two faces of each (-1 where not two), degrees between their normals (nan likewise)."""
-    begin = np.zeros(n_points + 1, np.int32)
-    for f in range(offsets.size - 1):
-        p = nodes[offsets[f + 1] - 1]
-        for i in range(offsets[f], offsets[f + 1]):
-            q = nodes[i]
-            if p != q:
-                begin[min(p, q)] += 1
-            p = q
-    m = 0
-    most = 0
-    for p in range(n_points + 1):
-        n = begin[p]
-        begin[p] = m
-        m += n
-        most = max(most, n)
-    # larger end, face, and whether the face runs from the smaller to the larger, in one number that sorts
-    keys = np.empty(m, np.int64)
-    for f in range(offsets.size - 1):
-        p = nodes[offsets[f + 1] - 1]
-        for i in range(offsets[f], offsets[f + 1]):
-            q = nodes[i]
-            if p != q:
-                low, high = min(p, q), max(p, q)
-                keys[begin[low]] = np.int64(high) << 32 | np.int64(f) << 1 | np.int64(p < q)
-                begin[low] += 1
-            p = q
-    edges = np.empty((m, 2), np.int32)
-    sides = np.empty((m, 2), np.int32)
-    degrees = np.empty(m)
-    here = np.empty(most, np.int64)
-    e = start = 0
-    for p in range(n_points):
-        n = begin[p] - start
-        for i in range(n):
-            here[i] = keys[start + i]
-        sort_keys(here, n)
-        i = 0
-        while i < n:
-            j = i + 1
-            while j < n and here[j] >> 32 == here[i] >> 32:
-                j += 1
-            edges[e, 0], edges[e, 1] = p, here[i] >> 32
-            sides[e, 0], sides[e, 1], degrees[e] = -1, -1, math.nan
-            if j == i + 2:
-                a, b = (here[i] & 0xFFFFFFFF) >> 1, (here[i + 1] & 0xFFFFFFFF) >> 1
-                sides[e, 0], sides[e, 1] = a, b
-                degrees[e] = _angle(normals[a], normals[b], here[i] & 1 == here[i + 1] & 1)
-            e += 1
-            i = j
-        start = begin[p]
-    return edges[:e], sides[:e], degrees[:e]
-
-
-@kernel
-def _angle(u: Floats, v: Floats, opposed: bool) -> float:
-    """Degrees between two unit normals, of faces that run along their edge in the same direction if `opposed`."""
-    dot = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-    x, y, z = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-    sine = math.sqrt(x * x + y * y + z * z)
-    if sine == 0.0 and dot == 0.0:
-        return math.nan  # a face without area looks nowhere
-    return math.degrees(math.atan2(sine, -dot if opposed else dot))
-
-
 def _angles(normals: Floats, sides: Ints, same: Mask) -> Floats:
     """Degrees between the normals on both sides; nan where there are not two."""
     out = np.full(len(sides), np.nan)
@@ -197,31 +130,6 @@ def _angles(normals: Floats, sides: Ints, same: Mask) -> Floats:
     out[two] = np.degrees(np.arctan2(np.sqrt(np.einsum("ij,ij->i", cross, cross)), dot))
     without = ~(np.einsum("ij,ij->i", u, u) > 0.0) | ~(np.einsum("ij,ij->i", v, v) > 0.0)
     out[np.flatnonzero(two)[without]] = np.nan  # a face without area looks nowhere
-    return out
-
-
-@kernel
-def face_normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
-    """Unit normals of faces, by the cross products of their fans, each measured by its own extent; 0 without area."""
-    out = np.zeros((offsets.size - 1, 3))
-    for f in range(out.shape[0]):
-        o = nodes[offsets[f]]
-        s = 0.0
-        for i in range(offsets[f] + 1, offsets[f + 1]):
-            for d in range(3):
-                s = max(s, abs(points[nodes[i], d] - points[o, d]))
-        x = y = z = 0.0
-        for i in range(offsets[f] + 1, offsets[f + 1] - 1):
-            p, q = nodes[i], nodes[i + 1]
-            ux, uy = (points[p, 0] - points[o, 0]) / s, (points[p, 1] - points[o, 1]) / s
-            vx, vy = (points[q, 0] - points[o, 0]) / s, (points[q, 1] - points[o, 1]) / s
-            uz, vz = (points[p, 2] - points[o, 2]) / s, (points[q, 2] - points[o, 2]) / s
-            x += uy * vz - uz * vy
-            y += uz * vx - ux * vz
-            z += ux * vy - uy * vx
-        size = math.sqrt(x * x + y * y + z * z)
-        if size > 0.0:
-            out[f, 0], out[f, 1], out[f, 2] = x / size, y / size, z / size
     return out
 
 

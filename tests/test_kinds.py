@@ -24,7 +24,7 @@ OWN = [
     code
     for code, check in CHECKS.items()
     if check.find.__module__.rpartition(".")[2]
-    in ("blocks", "chords", "delaunay", "features", "kinds", "layers", "requests", "sizes", "walls")
+    in ("blocks", "chords", "delaunay", "divisions", "features", "kinds", "layers", "requests", "sizes", "walls")
 ]
 
 

@@ -7,9 +7,10 @@ import pytest
 
 from meshwright.audit.connectivity import faces
 from meshwright.audit.findings import Options, run_checks
+from meshwright.audit.findings.divisions import curve_counts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.options import SizeRegion
-from meshwright.audit.findings.requests import curve_counts, inside
+from meshwright.audit.findings.requests import inside
 from meshwright.audit.mesh import CellBlock, Faces, Mesh, Zone
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]

@@ -15,7 +15,7 @@ from meshwright.audit.csr import take
 from meshwright.audit.findings.face_sets import faces_of_zone, wall_zones
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, Zone, index_array
-from meshwright.audit.node_classes import surface_edges
+from meshwright.audit.surface_edges import surface_edges
 
 __all__ = ["END_OF_LAYERS", "Columns", "wall_columns"]
 

@@ -31,7 +31,8 @@ class Options:
     unit of length stands for, None where it is not known; for the bands of the merge tolerance.
     feature_angle: degrees between surface normals above which an edge is a feature.
     growth: largest ratio of sizes of neighbours that share a face or an edge.
-    sizes: wanted sizes, the general before the special: a later region that holds a cell overrules an earlier one.
+    sizes: wanted sizes, the general before the special: a later region overrules an earlier one, and zones of points,
+    lines and surfaces overrule regions of space and cells, in this order.
     """
 
     discipline: Literal["cfd", "fea", ""] = ""

@@ -1,4 +1,4 @@
-"""Wanted edge lengths against those of the mesh, and wanted divisions of curves against the counted ones.
+"""Wanted edge lengths against those of the mesh.
 
 Precedence as in ICEM CFD and its kin: global < point < line < surface. The regions of space (boxes, cylinders, spheres)
 and of cells stand with the global size, a later one over an earlier one; a point, a line and a surface zone overrule
@@ -20,15 +20,12 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import edges, faces, nodes_of_cells
 from meshwright.audit.csr import ragged, take
 from meshwright.audit.findings.facts import Facts
-from meshwright.audit.findings.features import features_of
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.options import SizeRegion
 from meshwright.audit.mesh import CellBlock, Ints, Mesh, Zone
 from meshwright.audit.places import plain
 
-__all__ = ["ROWS", "Requested", "curve_counts", "requested"]
-
-_LISTED = 100
+__all__ = ["ROWS", "Requested", "requested", "wanted_sizes"]
 
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -192,17 +189,17 @@ def size_request_missed(facts: Facts) -> Found | None:
     )
 
 
-def _wanted(facts: Facts, found: Requested) -> Floats:
+def wanted_sizes(facts: Facts, found: Requested) -> Floats:
     """Size that rules each edge, nan where none does."""
     return np.append([region.size for region in facts.options.sizes], np.nan)[found.region]
 
 
 def _too_long(facts: Facts, found: Requested) -> Mask:
-    return found.length > math.sqrt(2.0) * (1.0 + 1e-12) * _wanted(facts, found)
+    return found.length > math.sqrt(2.0) * (1.0 + 1e-12) * wanted_sizes(facts, found)
 
 
 def _table(facts: Facts, found: Requested) -> list[dict[str, Any]]:
-    wanted, long = _wanted(facts, found), _too_long(facts, found)
+    wanted, long = wanted_sizes(facts, found), _too_long(facts, found)
     short = found.length < wanted / math.sqrt(2.0) * (1.0 - 1e-12)
     rows = []
     for k, region in enumerate(facts.options.sizes):
@@ -241,53 +238,6 @@ def _cells_with(mesh: Mesh, chosen: Mask) -> Ints:
     return np.flatnonzero(out)
 
 
-def curve_counts(facts: Facts) -> list[dict[str, Any]]:
-    """A row for each curve of the geometry with a requested size h: length L, edges counted, edges expected: L // h.
-
-    The size of a curve is the smallest that rules any of its edges.
-    """
-    found, wanted = features_of(facts), requested(facts)
-    table = edges(facts.mesh)
-    scale = np.array([len(facts.mesh.points), 1], dtype=np.int64)
-    chosen = np.flatnonzero(found.curve >= 0)
-    at = np.searchsorted(table @ scale, found.edges[chosen] @ scale)
-    length, size, of = wanted.length[at], _wanted(facts, wanted)[at], found.curve[chosen]
-    h = np.full(found.n_curves, np.nan)
-    np.fmin.at(h, of, size)
-    total, count = np.bincount(of, length, found.n_curves), np.bincount(of, minlength=found.n_curves)
-    with np.errstate(all="ignore"):
-        ratio = total / h
-    rows = []
-    for k in np.flatnonzero((h > 0.0) & (ratio < 1e18)).tolist():
-        expected = max(math.floor(float(ratio[k]) * (1.0 + 1e-9)), 1)
-        rows.append(
-            {
-                "curve": k, "length": float(total[k]), "wanted": float(h[k]), "edges": int(count[k]),
-                "expected": expected,
-            }
-        )  # fmt: skip
-    return rows
-
-
-def curve_count(facts: Facts) -> Found | None:
-    """Points of curves that are divided otherwise than requested."""
-    if not facts.options.sizes:
-        return None
-    rows = curve_counts(facts)
-    other = [row for row in rows if row["edges"] != row["expected"]]
-    if not other:
-        return None
-    found = features_of(facts)
-    points = np.unique(found.edges[np.isin(found.curve, [row["curve"] for row in other])])
-    few = sum(row["edges"] < row["expected"] for row in other)
-    return Found(
-        points,
-        f"{counted(len(other), 'curve')} of {len(rows)} with another number of edges than its length over the "
-        f"requested size, rounded down ({few} with fewer): check the sizes there if they are to be exact",
-        detail={"curves": other[:_LISTED]},
-    )
-
-
 ROWS = (
     Check(
         "size-requests", "info", "Requested sizes", "cell",
@@ -296,9 +246,5 @@ ROWS = (
     Check(
         "size-request-missed", "warning", "Cells larger than requested", "cell",
         "the user asked for a resolution that is not there", size_request_missed,
-    ),
-    Check(
-        "curve-count", "info", "Divisions of curves", "point",
-        "neighbouring curves and growth laws may ask for more edges than the size alone", curve_count,
     ),
 )  # fmt: skip

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from meshwright.audit.findings import chords, requests
+from meshwright.audit.findings import chords, divisions, requests
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.jumps import Jumps, box_sizes, find_jumps
@@ -70,5 +70,6 @@ ROWS: tuple[Check, ...] = (
         "a rule of octree meshes; graded tetrahedra and layers break it on purpose", size_jump,
     ),
     *requests.ROWS,
+    *divisions.ROWS,
     *chords.ROWS,
 )  # fmt: skip

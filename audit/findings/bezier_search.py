@@ -210,6 +210,15 @@ def _explore(first, off, cut, corner, budget, path):  # type: ignore[no-untyped-
     return VALID, -1, -1, 0.0
 
 
+@inner
+def _off_normals(way, largest):  # type: ignore[no-untyped-def]
+    """Rounding of the components of the cross product: as in `determinants`, of two products in place of six."""
+    e = largest[3, :, 0].max()
+    ea, eb = way.rounding[0] * e, way.rounding[1] * e
+    a, b = largest[0, :, 0].max() + _UNIT * ea, largest[1, :, 0].max() + _UNIT * eb
+    return 2.5 * _UNIT * (ea * b + eb * a + way.rounding[3] * a * b)
+
+
 @kernel
 def search(
     points: Floats,
@@ -232,7 +241,7 @@ def search(
     A surface in space that turns away from the normal of its corners is VALID if it has a normal throughout.
     Releases the GIL.
     """
-    x, largest, rounding = np.zeros((nodes.shape[1], 3, 1)), np.empty((4, 1)), np.empty(1)
+    x, largest, rounding = np.zeros((nodes.shape[1], 3, 1)), np.empty((4, 3, 1)), np.empty(1)
     t, c, out = new_scratch(way, kind, 1)
     normals, aside = np.empty((way.size[0], 3)), np.empty(LEVELS, np.int8)
     for k in range(len(nodes)):
@@ -246,12 +255,11 @@ def search(
             mean += out[j, 0]
             most = max(most, abs(out[j, 0]))
         found, levels, v, there = _explore(out, rounding[0], cut, way.corner, budget, path[k])
-        if found != VALID and kind == SHELL and mean > 0.0 and largest[2, 0] > 0.0:
+        if found != VALID and kind == SHELL and mean > 0.0:
             for j in range(len(c)):
                 for d in range(3):
                     normals[j, d] = c[j, d, 0]
-            # the bound holds for n . (a x b); divided by the largest component of n, it does for those of a x b
-            regular, _, _, _ = _explore(normals, rounding[0] / largest[2, 0], cut, way.corner, budget, aside)
+            regular, _, _, _ = _explore(normals, _off_normals(way, largest), cut, way.corner, budget, aside)
             found = VALID if regular == VALID else found
         state[k], place[k, 0], place[k, 1], value[k] = found, levels, v, there / most if most > 0.0 else 0.0
 

@@ -14,7 +14,7 @@ from meshwright.audit.bernstein import basis, corners, indices, product_terms, s
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings import run_checks
 from meshwright.audit.findings.bezier import FLAT, SOLID, determinants, gather, new_scratch
-from meshwright.audit.findings.bezier_search import exact_sign
+from meshwright.audit.findings.bezier_exact import exact_sign
 from meshwright.audit.findings.bezier_tables import bends, formula
 from meshwright.audit.findings.curved import INVALID, UNDECIDED, UNJUDGED, VALID, curved_cells
 from meshwright.audit.jit import kernel

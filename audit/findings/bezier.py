@@ -26,6 +26,8 @@ _GROUP = 32
 
 _UNIT = 2.0**-53
 
+_ORDERS = np.array([(0, 1, 2), (0, 2, 1), (1, 0, 2), (1, 2, 0), (2, 0, 1), (2, 1, 0)])
+
 
 @inner
 def gather(points, nodes, row, x, lane):  # type: ignore[no-untyped-def]
@@ -49,13 +51,15 @@ def determinants(x, way, kind, t, c, out, largest, rounding):  # type: ignore[no
     """Bernstein coefficients of the determinants of cells side by side.
 
     x (n, 3, L): nodes.  way: a `Formula`.  t (k, 3, L), c (b, 3, L): scratch for derivatives and cross product.
-    out (m, L).  largest (4, L): components of the three derivatives and of the nodes.  rounding (L,): no coefficient is
-    off by more.
+    out (m, L).  largest (4, 3, L): of each component, the largest of the three derivatives and of the nodes.
+    rounding (L,): no coefficient is off by more.
 
-    Rounding, with u = 2**-53, e the largest coordinate, a, b, c the largest components of the three derivatives: a
-    derivative is off by s u e, s the largest (m + 1) sum |weight| over its rows of m weights; a determinant has six
-    products, so that it is off by 6 u (s_a e b c + s_b e a c + s_c e a b + r a b c), where r counts the roundings on
-    the way from derivatives to a coefficient; its weights add up to 1. A quarter more covers what is of second order.
+    Rounding, with u = 2**-53, e the largest coordinates, a, b, c the largest components of the three derivatives, each
+    with its own error added: a derivative is off by s u e, s the largest (m + 1) sum |weight| over its rows of m
+    weights. A determinant is the sum of six products of an x, a y and a z, so that it is off by u times the sum, over
+    the orders (i, j, k) of the axes, of s_a e_i b_j c_k + s_b a_i e_j c_k + s_c a_i b_j e_k + r a_i b_j c_k. Here r is
+    the number of roundings from derivatives to a coefficient, the weights of which add up to 1. A quarter more covers
+    the roundings of the bound. Kept apart by axes, it is as sharp for a flat cell along the axes as for a cube.
     """
     lanes = x.shape[2]
     t[:] = 0.0
@@ -86,18 +90,22 @@ def determinants(x, way, kind, t, c, out, largest, rounding):  # type: ignore[no
         _widen(largest[3], x[j])
     for k in range(len(t)):
         _widen(largest[0 if k < first else (1 if k < third else 2)], t[k])
-    for i in range(lanes):
-        p, q, r, e = largest[0, i], largest[1, i], largest[2, i], largest[3, i]
-        off = e * (way.rounding[0] * q * r + way.rounding[1] * p * r + way.rounding[2] * p * q)
-        rounding[i] = 7.5 * _UNIT * (off + way.rounding[3] * p * q * r)
+    rounding[:] = 0.0
+    sa, sb, sc, every = way.rounding[0], way.rounding[1], way.rounding[2], way.rounding[3]
+    for order in range(len(_ORDERS)):
+        p, q, r = _ORDERS[order, 0], _ORDERS[order, 1], _ORDERS[order, 2]
+        for i in range(lanes):
+            ea, eb, ec = sa * largest[3, p, i], sb * largest[3, q, i], sc * largest[3, r, i]
+            a1, b1, c1 = largest[0, p, i] + _UNIT * ea, largest[1, q, i] + _UNIT * eb, largest[2, r, i] + _UNIT * ec
+            rounding[i] += 1.25 * _UNIT * (ea * b1 * c1 + a1 * eb * c1 + a1 * b1 * ec + every * a1 * b1 * c1)
 
 
 @inner
 def _widen(largest, vector):  # type: ignore[no-untyped-def]
     for d in range(3):
-        for i in range(len(largest)):
+        for i in range(largest.shape[1]):
             size = abs(vector[d, i])
-            largest[i] = size if size > largest[i] else largest[i]
+            largest[d, i] = size if size > largest[d, i] else largest[d, i]
 
 
 @inner
@@ -131,10 +139,10 @@ def _lowest(out, sign, low):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _bent(x, bend, largest, change):  # type: ignore[no-untyped-def]
-    """How much the bends of a cell can change the determinants of its linear cell; `largest` is that one's."""
+def _bent(x, bend, slack, largest, change):  # type: ignore[no-untyped-def]
+    """How much the bends of a cell can change the determinants of its linear cell; slack, `largest` are that one's."""
     lanes = len(change)
-    row, most, off = -1, np.zeros(lanes), np.zeros((3, lanes))
+    row, most, off = -1, np.zeros((3, lanes)), np.zeros((3, lanes))
     for k in range(len(bend.node)):
         if bend.node[k, 0] != row:
             row = bend.node[k, 0]
@@ -144,11 +152,19 @@ def _bent(x, bend, largest, change):  # type: ignore[no-untyped-def]
             for i in range(lanes):
                 off[d, i] += bend.weight[k] * x[bend.node[k, 1], d, i]
     _widen(most, off)
-    for i in range(lanes):
-        p, q, r = largest[0, i], largest[1, i], largest[2, i]
-        far = most[i] + 12.0 * _UNIT * largest[3, i]  # at most nine terms, with weights of 2 in all
-        a, b, c = bend.reach[0] * far, bend.reach[1] * far, bend.reach[2] * far
-        change[i] = 7.5 * (a * q * r + p * b * r + p * q * c + a * b * r + a * q * c + p * b * c + a * b * c)
+    for d in range(3):
+        for i in range(lanes):  # at most nine terms, with weights of 2 in all
+            most[d, i] += 20.0 * _UNIT * largest[3, d, i]
+    change[:] = 0.0
+    for order in range(len(_ORDERS)):
+        j, k, m = _ORDERS[order, 0], _ORDERS[order, 1], _ORDERS[order, 2]
+        for i in range(lanes):
+            p = largest[0, j, i] + _UNIT * slack[0] * largest[3, j, i]
+            q = largest[1, k, i] + _UNIT * slack[1] * largest[3, k, i]
+            r = largest[2, m, i] + _UNIT * slack[2] * largest[3, m, i]
+            a, b, c = bend.reach[0] * most[j, i], bend.reach[1] * most[k, i], bend.reach[2] * most[m, i]
+            more = a * q * r + p * b * r + p * q * c + a * b * r + a * q * c + p * b * c + a * b * c
+            change[i] += 1.25 * more
 
 
 @kernel
@@ -168,7 +184,7 @@ def prove(
     A group of cells so straight that their linear cells prove it is done at once.  Releases the GIL.
     """
     n, lanes = nodes.shape[1], _GROUP
-    x, largest = np.zeros((n, 3, lanes)), np.empty((4, lanes))
+    x, largest = np.zeros((n, 3, lanes)), np.empty((4, 3, lanes))
     t, c, out = new_scratch(way, kind, lanes)
     t1, c1, out1 = new_scratch(linear, kind, lanes)
     rounding, change, low = np.empty(lanes), np.empty(lanes), np.empty(lanes)
@@ -179,7 +195,7 @@ def prove(
             row = start + min(i, used - 1)
             sound[i], side[i] = gather(points, nodes, row, x, i), sign[row]
         determinants(x, linear, kind, t1, c1, out1, largest, rounding)
-        _bent(x, bend, largest, change)
+        _bent(x, bend, linear.rounding, largest, change)
         _lowest(out1, side, low)
         done = 0
         for i in range(used):

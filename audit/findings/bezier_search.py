@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from fractions import Fraction
-from functools import cache, lru_cache
-from itertools import product
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.bernstein import Point, indices, split_matrices
-from meshwright.audit.findings.bezier import SHELL, SOLID, determinants, gather, new_scratch
+from meshwright.audit.bernstein import indices, split_matrices
+from meshwright.audit.findings.bezier import SHELL, determinants, gather, new_scratch
 from meshwright.audit.findings.bezier_tables import Formula
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.shape_functions import DOMAINS, tangents
@@ -26,8 +24,6 @@ __all__ = [
     "Cuts",
     "budget_for",
     "cuts",
-    "exact_sign",
-    "point_of",
     "search",
 ]
 
@@ -210,6 +206,15 @@ def _explore(first, off, cut, corner, budget, path):  # type: ignore[no-untyped-
     return VALID, -1, -1, 0.0
 
 
+@inner
+def _off_normals(way, largest):  # type: ignore[no-untyped-def]
+    """Rounding of the components of the cross product: as in `determinants`, of two products in place of six."""
+    e = largest[3, :, 0].max()
+    ea, eb = way.rounding[0] * e, way.rounding[1] * e
+    a, b = largest[0, :, 0].max() + _UNIT * ea, largest[1, :, 0].max() + _UNIT * eb
+    return 2.5 * _UNIT * (ea * b + eb * a + way.rounding[3] * a * b)
+
+
 @kernel
 def search(
     points: Floats,
@@ -227,12 +232,12 @@ def search(
     """Judge cells of one type one by one.
 
     nodes (cells, n), sign (cells,).  budget: parts of a cell to look at.  Filled: state (cells,), path (cells, LEVELS),
-    place (cells, 2): length of the path and corner of the part; see `point_of`.  value (cells,): determinant there over
+    place (cells, 2): length of the path and corner of the part; see `bezier_exact.point_of`.  value (cells,): determinant there over
     the largest absolute coefficient.
     A surface in space that turns away from the normal of its corners is VALID if it has a normal throughout.
     Releases the GIL.
     """
-    x, largest, rounding = np.zeros((nodes.shape[1], 3, 1)), np.empty((4, 1)), np.empty(1)
+    x, largest, rounding = np.zeros((nodes.shape[1], 3, 1)), np.empty((4, 3, 1)), np.empty(1)
     t, c, out = new_scratch(way, kind, 1)
     normals, aside = np.empty((way.size[0], 3)), np.empty(LEVELS, np.int8)
     for k in range(len(nodes)):
@@ -246,12 +251,11 @@ def search(
             mean += out[j, 0]
             most = max(most, abs(out[j, 0]))
         found, levels, v, there = _explore(out, rounding[0], cut, way.corner, budget, path[k])
-        if found != VALID and kind == SHELL and mean > 0.0 and largest[2, 0] > 0.0:
+        if found != VALID and kind == SHELL and mean > 0.0:
             for j in range(len(c)):
                 for d in range(3):
                     normals[j, d] = c[j, d, 0]
-            # the bound holds for n . (a x b); divided by the largest component of n, it does for those of a x b
-            regular, _, _, _ = _explore(normals, rounding[0] / largest[2, 0], cut, way.corner, budget, aside)
+            regular, _, _, _ = _explore(normals, _off_normals(way, largest), cut, way.corner, budget, aside)
             found = VALID if regular == VALID else found
         state[k], place[k, 0], place[k, 1], value[k] = found, levels, v, there / most if most > 0.0 else 0.0
 
@@ -259,50 +263,3 @@ def search(
 def budget_for(n: int) -> int:
     """Parts to look at in each of n cells that the first budget left open."""
     return max(FIRST_BUDGET, min(_MOST, _ALL // max(n, 1)))
-
-
-def point_of(name: str, path: NDArray[np.int8], levels: int, corner: int) -> Point:
-    """The corner of the part to which a path leads, as a point of the type's domain."""
-    domain = DOMAINS[name]
-    parts = [[tuple(Fraction(int(i == v)) for i in range(d + 1)) for v in range(d + 1)] for d in domain]
-    for level, child in enumerate(path[:levels].tolist()):
-        f = level % len(domain)
-        whole = parts[f]
-        parts[f] = [
-            tuple(
-                sum((w * v[i] for w, v in zip(weights, whole, strict=True)), Fraction(0)) for i in range(domain[f] + 1)
-            )
-            for weights in split_matrices(domain[f], _degree(name)[f])[1][child]
-        ]
-    vertex = list(product(*(range(d + 1) for d in domain)))[corner]
-    return tuple(part[v] for part, v in zip(parts, vertex, strict=True))
-
-
-def exact_sign(name: str, nodes: Floats, point: Point, kind: int) -> int:
-    """Sign of the determinant at a point, in rational arithmetic.
-
-    nodes (n, 3): coordinates.  kind: SOLID, FLAT (seen from above) or SHELL (from the normal of the corners).
-    """
-    x = [[Fraction(value) for value in row] for row in nodes.tolist()]
-    rows = [
-        [sum((w * x[j][d] for j, w in weights), Fraction(0)) for d in range(3)] for weights in _weights(name, point)
-    ]
-    if kind != SOLID:
-        rows.append(_normal(name, x) if kind == SHELL else [Fraction(0), Fraction(0), Fraction(1)])
-    value = sum(a * b for a, b in zip(_cross(rows[0], rows[1]), rows[2], strict=True))
-    return (value > 0) - (value < 0)
-
-
-@lru_cache(4096)
-def _weights(name: str, point: Point) -> list[list[tuple[int, Fraction]]]:
-    """Nodes and their weights in the derivatives at a point."""
-    return [[(j, w) for j, w in enumerate(field.at(point)) if w] for field in tangents(name)]
-
-
-def _cross(a: list[Fraction], b: list[Fraction]) -> list[Fraction]:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def _normal(name: str, x: list[list[Fraction]]) -> list[Fraction]:
-    p, q, r, s = (0, 1, 0, 2) if name == "tri6" else (0, 2, 1, 3)
-    return _cross([b - a for a, b in zip(x[p], x[q], strict=True)], [b - a for a, b in zip(x[r], x[s], strict=True)])

@@ -13,6 +13,7 @@ from meshwright.audit.bernstein import Point
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings.bezier import FLAT, SHELL, SOLID, prove
+from meshwright.audit.findings.bezier_exact import exact_sign, point_of
 from meshwright.audit.findings.bezier_search import (
     FIRST_BUDGET,
     INVALID,
@@ -21,8 +22,6 @@ from meshwright.audit.findings.bezier_search import (
     VALID,
     budget_for,
     cuts,
-    exact_sign,
-    point_of,
     search,
 )
 from meshwright.audit.findings.bezier_tables import bends, formula

@@ -36,6 +36,7 @@ class Member:
 
     metric, types: what it is made of; types () for all.  transform: of the stored value, "1-x" or "1/x" where the
     system's scale runs the other way.  scale: in words.  profile: whose limits on it are shown, "" for none.
+    worst: "largest" for a size, which has no bad end of its own, whose largest value is to be shown.
     """
 
     system: str
@@ -46,6 +47,7 @@ class Member:
     types: tuple[str, ...] = ()
     profile: str = ""
     note: str = ""
+    worst: Literal["", "largest"] = ""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,7 @@ def _member(table: Table) -> Member:
         types=table.words("types"),
         profile=table.word("profile", ""),
         note=table.word("note", ""),
+        worst=table.word("worst", "", ("", "largest")),  # type: ignore[arg-type]
     )
     table.done()
     return member
@@ -167,7 +170,7 @@ def _figures(measured: Measured, places: Places, member: Member, rules: Sequence
     row["count"] = sum(map(len, known))
     row["undefined"] = sum(len(s.values) for s in found) - row["count"]
     if row["count"]:
-        high = metric.worst_is_high
+        high = metric.worst_is_high or member.worst == "largest"
         listed = [(s, at) for s in found for at in worst_first(s.values, 1, high_is_worse=high).tolist()]
         sample, at = (max if high else min)(listed, key=lambda pair: float(pair[0].values[pair[1]]))
         with np.errstate(invalid="ignore", over="ignore"):

@@ -232,8 +232,8 @@ def search(
     """Judge cells of one type one by one.
 
     nodes (cells, n), sign (cells,).  budget: parts of a cell to look at.  Filled: state (cells,), path (cells, LEVELS),
-    place (cells, 2): length of the path and corner of the part; see `bezier_exact.point_of`.  value (cells,): determinant there over
-    the largest absolute coefficient.
+    place (cells, 2): length of the path and corner of the part; see `bezier_exact.point_of`.  value (cells,):
+    determinant there over the largest absolute coefficient.
     A surface in space that turns away from the normal of its corners is VALID if it has a normal throughout.
     Releases the GIL.
     """

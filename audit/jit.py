@@ -55,21 +55,29 @@ def _imported(file: Path) -> frozenset[Path]:
 
 
 @cache
+def _digest(file: Path) -> bytes:
+    return hashlib.sha256(_source(file)).digest()
+
+
+@cache
+def _closure(file: Path) -> tuple[Path, ...]:
+    """The file and all it imports, directly or not."""
+    seen = {file}
+    todo = [file]
+    while todo:
+        new = _imported(todo.pop()) - seen
+        seen |= new
+        todo += new
+    return tuple(sorted(seen, key=str))
+
+
+@cache
 def _cache_folder(file: Path) -> Path | None:
     """Where the compiled code of a file's kernels lives: under a key made of it and all that it imports."""
     root = os.environ.get("NUMBA_CACHE_DIR")
     base = Path(root or os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     base = base if root else base / "meshwright" / "kernels"
-    seen: set[Path] = set()
-    todo = [file]
-    while todo:
-        here = todo.pop()
-        if here not in seen:
-            seen.add(here)
-            todo += _imported(here)
-    digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(seen):
-        digest.update(_source(path))
+    digest = hashlib.sha256(numba.__version__.encode() + b"".join(map(_digest, _closure(file))))
     name = ".".join(file.relative_to(_HERE).with_suffix("").parts) if file.is_relative_to(_HERE) else file.stem
     folder = base / f"{name}-{digest.hexdigest()[:16]}"
     if not folder.exists():

@@ -6,6 +6,7 @@ import fnmatch
 import math
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import version
 from typing import Any
 
@@ -62,11 +63,11 @@ def summarise(
     """
     mesh, measured = audit.mesh, audit.measured
     chosen = None if zone is None else cells_of_zones(mesh, zone)
-    tables = tabulate(measured, chosen)
+    parts = (partial(tabulate, measured, chosen), partial(_metrics, measured, audit.chosen, chosen, worst))
+    tables, metrics = in_parallel(lambda part: part(), parts)
     if sha256 is None and mesh.path:
         sha256 = fingerprint(mesh.path)
     findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]
-    metrics = _metrics(measured, audit.chosen, chosen, worst)
     counts = {finding["code"]: finding["count"] for finding in findings}
     judgements = [evaluate(measured, profile, counts, chosen) for profile in profiles]
     document: Summary = {

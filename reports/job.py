@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import click
@@ -106,7 +107,12 @@ def _check_cells(job: Job, paths: list[str]) -> None:
 
 
 def _one(job: Job, plan: Plan, path: str) -> Summary:
-    with stages(path, quiet=job.quiet) as tell, open_mesh(path, job.input_format) as (mesh, place):
+    with (
+        stages(path, quiet=job.quiet) as tell,
+        open_mesh(path, job.input_format) as (mesh, place),
+        ThreadPoolExecutor(1) as beside,
+    ):
+        digest = beside.submit(fingerprint, place)
         found = audit(
             mesh,
             plan.metrics,
@@ -121,7 +127,7 @@ def _one(job: Job, plan: Plan, path: str) -> Summary:
             found,
             zone=job.zone,
             worst=job.worst,
-            sha256=fingerprint(place),
+            sha256=digest.result(),
             profiles=plan.profiles,
             compare=plan.compare,
         )

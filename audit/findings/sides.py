@@ -108,6 +108,38 @@ def _face(points, offsets, nodes, f, flat, scale):  # type: ignore[no-untyped-de
     return ax, ay, az, cx, cy, cz
 
 
+@inner
+def _clearly_sound(points, nodes, first, c, b, centre, judge, scale):  # type: ignore[no-untyped-def]
+    """Whether a quadrilateral looks away from its owner and towards its neighbour wherever in the face its centre lies.
+
+    Along the normal its nodes stand at two heights, one for each diagonal; the centre lies between them, and the mean
+    of the nodes, which costs less, halfway. Whatever is not clear by four times that is judged in full.
+    """
+    if not judge[c] or (b >= 0 and not judge[b]):
+        return False
+    p, q, r, s = nodes[first], nodes[first + 1], nodes[first + 2], nodes[first + 3]
+    ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]
+    qx, qy, qz = scale * (points[q, 0] - ox), scale * (points[q, 1] - oy), scale * (points[q, 2] - oz)
+    rx, ry, rz = scale * (points[r, 0] - ox), scale * (points[r, 1] - oy), scale * (points[r, 2] - oz)
+    sx, sy, sz = scale * (points[s, 0] - ox), scale * (points[s, 1] - oy), scale * (points[s, 2] - oz)
+    # the product of the diagonals, and how far apart they are along it, which is how warped the face is
+    dx, dy, dz = sx - qx, sy - qy, sz - qz
+    ax, ay, az = ry * dz - rz * dy, rz * dx - rx * dz, rx * dy - ry * dx
+    warp = abs(ax * qx + ay * qy + az * qz)
+    mx, my, mz = 0.25 * (qx + rx + sx), 0.25 * (qy + ry + sy), 0.25 * (qz + rz + sz)
+    ux, uy, uz = mx + scale * (ox - centre[c, 0]), my + scale * (oy - centre[c, 1]), mz + scale * (oz - centre[c, 2])
+    own = ax * ux + ay * uy + az * uz
+    size = abs(ax) * abs(ux) + abs(ay) * abs(uy) + abs(az) * abs(uz)
+    if not own > 2.0 * warp + 1e-9 * size:
+        return False
+    if b < 0:
+        return True
+    vx, vy, vz = mx + scale * (ox - centre[b, 0]), my + scale * (oy - centre[b, 1]), mz + scale * (oz - centre[b, 2])
+    other = ax * vx + ay * vy + az * vz
+    size = abs(ax) * abs(vx) + abs(ay) * abs(vy) + abs(az) * abs(vz)
+    return other < -2.0 * warp - 1e-9 * size
+
+
 @kernel
 def _judge(
     points: Floats,
@@ -124,6 +156,13 @@ def _judge(
     faults: NDArray[np.uint8],
 ) -> None:
     for f in range(begin, end):
+        if (
+            not flat
+            and offsets[f + 1] - offsets[f] == 4
+            and _clearly_sound(points, nodes, offsets[f], owner[f], neighbour[f], centre, judge, scale)
+        ):
+            faults[f] = 0
+            continue
         ax, ay, az, cx, cy, cz = _face(points, offsets, nodes, f, flat, scale)
         p = nodes[offsets[f]]
         ox, oy, oz = points[p, 0], points[p, 1], points[p, 2]

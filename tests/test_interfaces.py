@@ -1,6 +1,7 @@
 """Interfaces, parts not merged, branch cuts, hanging nodes: closed forms, and the sound meshes beside them."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -410,6 +411,12 @@ def test_findings_are_the_same_on_one_thread_and_on_many():
                 again = dataclasses.replace(mesh)
                 seen.append([(f.code, f.rows.tolist(), f.detail) for f in run_checks(again)])
         assert seen[0] == seen[1] == seen[2]
+
+
+def test_figures_are_what_json_holds():
+    for mesh in (joined(FOUR, SIX), refined_box()[0], as_polyhedra(refined_box()[0]), joined(rings(24, [1.0, 2.0]))):
+        for finding in run_checks(mesh):
+            json.dumps(finding.detail, allow_nan=False)
 
 
 def test_many_small_parts_are_many_interfaces_of_which_the_largest_are_described():

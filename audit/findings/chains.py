@@ -73,8 +73,8 @@ def chains_of(mesh: Mesh, ends: Ints) -> Chains:
 
     Where other than two edges meet at a point, chains end there; a chain that comes back to where it began is closed.
     """
-    points, local = np.unique(ends, return_inverse=True)
-    local = index_array(local.reshape(-1, 2))
+    points, inverse = np.unique(ends, return_inverse=True)
+    local = index_array(inverse.reshape(-1, 2))
     starts, around = invert(index_array(np.arange(0, 2 * len(ends) + 1, 2)), index_array(local.ravel()), len(points))
     order, stops, strung = _string(local, starts, around)
     k = len(stops) - 1

@@ -94,8 +94,8 @@ class Contacts:
         rows = self.order[self.stops[k] : self.stops[k + 1]]
         part = self.hull.part
         parts = int(part[self.first[rows[0]]]), int(part[self.second[rows[0]]])
-        columns = (self.first, self.second, self.overlap, self.gap, self.matched)
-        return Contact(parts, *(column[rows] for column in columns))
+        first, second = self.first[rows], self.second[rows]
+        return Contact(parts, first, second, self.overlap[rows], self.gap[rows], self.matched[rows])
 
     def facets(self, *kinds: str) -> NDArray[np.bool_]:
         """(m,) facets of the hull in a place of one of these kinds."""

@@ -98,13 +98,14 @@ class Hull:
 def mesh_hull(mesh: Mesh) -> Hull:
     """The hull of a mesh."""
     found = faces(mesh)
-    outside = found.neighbour == NO_CELL
+    outside: NDArray[np.bool_] = found.neighbour == NO_CELL
     outside[overused_faces(mesh)] = False
     rows = np.flatnonzero(outside)
     offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     if mesh.n_nonfinite and len(rows):
-        lost = ~np.isfinite(mesh.points).all(axis=1)
-        rows = rows[~np.logical_or.reduceat(lost[nodes], offsets[:-1])]
+        lost: NDArray[np.bool_] = ~np.isfinite(mesh.points).all(axis=1)
+        torn: NDArray[np.bool_] = np.logical_or.reduceat(lost[nodes], offsets[:-1])
+        rows = rows[~torn]
         offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     used = np.zeros(len(mesh.points), dtype=bool)
     used[nodes] = True

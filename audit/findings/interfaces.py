@@ -36,7 +36,8 @@ def nonconformal_interface(facts: Facts) -> Found | None:
     membership = Membership(facts.mesh)
     coupled = membership.holding(INTERFACES)
     facets = np.flatnonzero(contacts.facets("nonconformal"))
-    listed, open_, plain_ = [], 0, 0
+    listed: list[dict[str, Any]] = []
+    open_ = plain_ = 0
     for place in places:
         undeclared = bool(np.mean(coupled[hull.rows[place.all_facets]]) < _DECLARED)
         open_ += undeclared

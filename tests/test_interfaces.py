@@ -338,6 +338,17 @@ def test_parts_merged_where_they_match_and_hanging_elsewhere_are_one_place_of_ha
     assert finding.count == (25 - 9) + (49 - 9)
 
 
+def test_a_quadrilateral_against_two_triangles_is_nonconformal_though_all_its_corners_are_shared():
+    points = [*bricks((1, 1, 1), (0, 0, 0), (1, 1, 1))[0], (2, 0.5, 0.5)]  # 4 to 7 are the corners at x = 1
+    hexes = bricks((1, 1, 1), (0, 0, 0), (1, 1, 1))[1]
+    tets = [[4, 6, 7, 8], [4, 7, 5, 8]]  # the square cut along 4-7
+    mesh = Mesh(np.array(points, float), (CellBlock("hex", [0], hexes), CellBlock("tet", [1, 2], tets)))
+    finding = found(mesh)["nonconformal-interface"]
+    assert "hanging-nodes" not in found(mesh)
+    assert finding.count == 3
+    assert finding.detail["interfaces"][0]["overlap_area"] == pytest.approx(1.0)
+
+
 def test_doubled_cells_and_parts_that_run_through_each_other_are_no_interface():
     points, nodes = FOUR
     twice = Mesh(points, (CellBlock("hex", np.arange(64), np.concatenate([nodes, nodes])),))

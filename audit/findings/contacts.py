@@ -96,8 +96,9 @@ class Contacts:
         rows = self.order[self.stops[k] : self.stops[k + 1]]
         part = self.hull.part
         parts = int(part[self.first[rows[0]]]), int(part[self.second[rows[0]]])
-        first, second = self.first[rows], self.second[rows]
-        return Contact(parts, first, second, self.overlap[rows], self.gap[rows], self.matched[rows])
+        return Contact(
+            parts, self.first[rows], self.second[rows], self.overlap[rows], self.gap[rows], self.matched[rows]
+        )
 
     def facets(self, *kinds: str) -> NDArray[np.bool_]:
         """(m,) facets of the hull in a place of one of these kinds."""
@@ -139,8 +140,8 @@ def _contacts(mesh: Mesh) -> Contacts:
     touches = collected(near, np.int32, np.int32, np.float64)
     chosen = _split_quads(hull)
     if len(touches[0]):
-        measured = hull.offsets, hull.nodes, hull.normal, hull.size, *hull.around
-        chosen |= seeds(*touches, hull.x, hull.reach, *measured, hull.part, rim)
+        sides = hull.offsets, hull.nodes, hull.normal, hull.size, *hull.around
+        chosen |= seeds(*touches, hull.x, hull.reach, *sides, hull.part, rim)
     if not chosen.any():
         return Contacts(hull)
     sized = hull.centre, hull.normal, hull.area, hull.size
@@ -166,7 +167,7 @@ def _contacts(mesh: Mesh) -> Contacts:
 
 
 def _split_quads(hull: Hull) -> NDArray[np.bool_]:
-    """(m,) quadrilaterals that have all corners of a triangle, and these triangles: where all is shared nothing touches."""
+    """(m,) quadrilaterals that have all corners of a triangle, and such triangles: they share all and touch nothing."""
     chosen = np.zeros(len(hull), dtype=bool)
     widths = np.diff(hull.offsets)
     triangles, quads = np.flatnonzero(widths == 3), np.flatnonzero(widths == 4)

@@ -98,15 +98,13 @@ class Hull:
 def mesh_hull(mesh: Mesh) -> Hull:
     """The hull of a mesh."""
     found = faces(mesh)
-    outside: NDArray[np.bool_] = found.neighbour == NO_CELL
+    outside = found.neighbour == NO_CELL
     outside[overused_faces(mesh)] = False
     rows = np.flatnonzero(outside)
     offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     if mesh.n_nonfinite and len(rows):
-        lost = np.zeros(len(mesh.points), dtype=bool)
-        lost[np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))] = True
-        torn: NDArray[np.bool_] = np.logical_or.reduceat(lost[nodes], offsets[:-1])
-        rows = rows[~torn]
+        lost: NDArray[np.bool_] = ~np.isfinite(mesh.points).all(axis=1)
+        rows = rows[~np.logical_or.reduceat(lost[nodes], offsets[:-1])]
         offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     used = np.zeros(len(mesh.points), dtype=bool)
     used[nodes] = True

@@ -102,6 +102,15 @@ def test_points_one_rounding_apart_are_told_and_no_crack():
     assert found(mesh, "duplicate-points") is None
 
 
+def test_loose_triangles_of_a_thin_box_have_no_gaps_where_they_lie_on_each_other():
+    corners = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+    quads = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    loose = (corners * [1, 1, 0.05])[np.array(quads)].reshape(-1, 3)
+    mesh = Mesh(loose, (CellBlock("quad", np.arange(6), np.arange(24).reshape(6, 4)),))
+    assert found(mesh) is None
+    assert found(mesh, "unmerged-interface").count == 24
+
+
 def test_a_decade_begins_with_its_power_of_ten():
     finding = found(two_sheets(0.01 * 2**-4, edge=2**-4))  # gap over edge: 0.01 to the last digit or next to it
     (row,) = finding.detail["by_share_of_edge"]

@@ -1,6 +1,7 @@
 """Interfaces, parts not merged, branch cuts, hanging nodes: closed forms, and the sound meshes beside them."""
 
 import dataclasses
+import json
 import math
 from pathlib import Path
 
@@ -337,6 +338,17 @@ def test_parts_merged_where_they_match_and_hanging_elsewhere_are_one_place_of_ha
     assert finding.count == (25 - 9) + (49 - 9)
 
 
+def test_a_quadrilateral_against_two_triangles_is_nonconformal_though_all_its_corners_are_shared():
+    points = [*bricks((1, 1, 1), (0, 0, 0), (1, 1, 1))[0], (2, 0.5, 0.5)]  # 4 to 7 are the corners at x = 1
+    hexes = bricks((1, 1, 1), (0, 0, 0), (1, 1, 1))[1]
+    tets = [[4, 6, 7, 8], [4, 7, 5, 8]]  # the square cut along 4-7
+    mesh = Mesh(np.array(points, float), (CellBlock("hex", [0], hexes), CellBlock("tet", [1, 2], tets)))
+    finding = found(mesh)["nonconformal-interface"]
+    assert "hanging-nodes" not in found(mesh)
+    assert finding.count == 3
+    assert finding.detail["interfaces"][0]["overlap_area"] == pytest.approx(1.0)
+
+
 def test_doubled_cells_and_parts_that_run_through_each_other_are_no_interface():
     points, nodes = FOUR
     twice = Mesh(points, (CellBlock("hex", np.arange(64), np.concatenate([nodes, nodes])),))
@@ -410,6 +422,12 @@ def test_findings_are_the_same_on_one_thread_and_on_many():
                 again = dataclasses.replace(mesh)
                 seen.append([(f.code, f.rows.tolist(), f.detail) for f in run_checks(again)])
         assert seen[0] == seen[1] == seen[2]
+
+
+def test_figures_are_what_json_holds():
+    for mesh in (joined(FOUR, SIX), refined_box()[0], as_polyhedra(refined_box()[0]), joined(rings(24, [1.0, 2.0]))):
+        for finding in run_checks(mesh):
+            json.dumps(finding.detail, allow_nan=False)
 
 
 def test_many_small_parts_are_many_interfaces_of_which_the_largest_are_described():

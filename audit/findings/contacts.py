@@ -2,7 +2,8 @@
 
 Four kinds. "cut": both sides belong to one connected part and match corner for corner, as where the two ends of an
 O- or C-grid meet. "unmerged": the same between two parts. "hanging": the sides have corners in common, and others of
-one side lie inside edges or faces of the other: refinement. "nonconformal": they have no corner in common.
+one side lie inside edges or faces of the other: refinement. "nonconformal": they have no corner in common, or all of
+them and yet other faces: a quadrilateral against two triangles.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
+from meshwright.audit.csr import take, uniform_offsets
 from meshwright.audit.findings.collect import collected
 from meshwright.audit.findings.hull import Hull, mesh_hull
 from meshwright.audit.findings.overlaps import find_overlaps
 from meshwright.audit.findings.shapes import cell_shapes
 from meshwright.audit.findings.touching import MOST, ROUNDING, TIGHT, compare, find_touches, seeds
-from meshwright.audit.mesh import Ints, Mesh
-from meshwright.audit.sets import find_parts
+from meshwright.audit.mesh import Ints, Mesh, index_array
+from meshwright.audit.sets import find_parts, hash_rows
 
 __all__ = ["KINDS", "LOOSE", "TIGHT", "Contact", "Contacts", "mesh_contacts"]
 
@@ -136,20 +138,10 @@ def _contacts(mesh: Mesh) -> Contacts:
     measured = hull.offsets, hull.nodes, hull.centre, hull.normal, hull.size, *hull.around
     near = partial(find_touches, hull.x, hull.reach, hull.point_tree.order, *measured, *ordered, rim, most)
     touches = collected(near, np.int32, np.int32, np.float64)
-    if not len(touches[0]):
-        return Contacts(hull)
-    chosen = seeds(
-        *touches,
-        hull.x,
-        hull.reach,
-        hull.offsets,
-        hull.nodes,
-        hull.normal,
-        hull.size,
-        *hull.around,
-        hull.part,
-        rim,
-    )
+    chosen = _split_quads(hull)
+    if len(touches[0]):
+        sides = hull.offsets, hull.nodes, hull.normal, hull.size, *hull.around
+        chosen |= seeds(*touches, hull.x, hull.reach, *sides, hull.part, rim)
     if not chosen.any():
         return Contacts(hull)
     sized = hull.centre, hull.normal, hull.area, hull.size
@@ -171,7 +163,24 @@ def _contacts(mesh: Mesh) -> Contacts:
     settled[second[same]] = True
     keep = same | ~(settled[first] & settled[second])  # two facets that each have their own twin are only neighbours
     columns = (first[keep], second[keep], overlap[keep], gap[keep], same[keep])
-    return Contacts(hull, *columns, *_places(hull, columns, sharing[keep]), (points, facets))
+    return Contacts(hull, *columns, *_places(hull, columns, sharing[keep], facets), (points, facets))
+
+
+def _split_quads(hull: Hull) -> NDArray[np.bool_]:
+    """(m,) quadrilaterals that have all corners of a triangle, and such triangles: they share all and touch nothing."""
+    chosen = np.zeros(len(hull), dtype=bool)
+    widths = np.diff(hull.offsets)
+    triangles, quads = np.flatnonzero(widths == 3), np.flatnonzero(widths == 4)
+    if not len(triangles) or not len(quads):
+        return chosen
+    keys = hash_rows(*take(hull.offsets, hull.nodes, index_array(triangles)))
+    corners = hull.nodes[hull.offsets[quads][:, None] + np.arange(4)]
+    for left_out in range(4):
+        three = index_array(np.delete(corners, left_out, axis=1).ravel())
+        own = hash_rows(uniform_offsets(len(quads), 3), three)
+        chosen[quads[np.isin(own, keys)]] = True
+        chosen[triangles[np.isin(keys, own)]] = True
+    return chosen
 
 
 def _between_cells(
@@ -187,7 +196,10 @@ def _between_cells(
 
 
 def _places(
-    hull: Hull, columns: tuple[Ints, Ints, Floats, Floats, NDArray[np.bool_]], sharing: NDArray[np.bool_]
+    hull: Hull,
+    columns: tuple[Ints, Ints, Floats, Floats, NDArray[np.bool_]],
+    sharing: NDArray[np.bool_],
+    touched: Ints,
 ) -> tuple[Ints, Ints, Ints]:
     """(order, stops, kinds) of `Contacts`: pairs joined by a facet or a corner, between the same two parts."""
     first, second, _, _, same = columns
@@ -198,7 +210,10 @@ def _places(
     place = _joined(hull, first, second, key)
     sizes = np.bincount(place)
     matched = np.bincount(place, weights=same) == sizes
+    hung = np.zeros(len(hull), dtype=bool)
+    hung[touched] = True
     shared = np.bincount(place[sharing], minlength=len(sizes)) > 0
+    shared &= np.bincount(place[hung[first] | hung[second]], minlength=len(sizes)) > 0
     one = np.zeros(len(sizes), dtype=bool)
     one[place] = a == b
     kinds = np.where(

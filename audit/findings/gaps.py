@@ -14,6 +14,7 @@ from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
 from meshwright.audit.findings.hull import Hull
 from meshwright.audit.findings.pairs import close_pairs
+from meshwright.audit.findings.touching import MOST
 from meshwright.audit.mesh import Ints
 from meshwright.audit.places import plain
 
@@ -62,6 +63,10 @@ def near_points(facts: Facts) -> Found | None:
     )
     first, second, distance = collected(partial(close_pairs, *pairs), np.int32, np.int32, np.float64)
     open_ = ~(explained[first] & explained[second])
+    if hull.kind == "rim":  # what lies on another edge is not at the rim once the points are merged
+        sewn = np.zeros(len(hull.points), dtype=bool)
+        sewn[_corners(hull, np.flatnonzero(contacts.facets("unmerged")))] = True
+        open_ &= ~(sewn[first] & sewn[second]) | (distance <= MOST * hull.reach[first])
     first, second, distance = first[open_], second[open_], distance[open_]
     if not len(first):
         return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
+from threading import Lock
 from typing import TypeVar
 from weakref import WeakKeyDictionary
 
@@ -15,14 +16,21 @@ T = TypeVar("T")
 
 
 def once_per_mesh(compute: Callable[[Mesh], T]) -> Callable[[Mesh], T]:
-    """Decorate a function of a mesh alone. Meshes are frozen and compared by identity, so nothing goes stale."""
+    """Decorate a function of a mesh alone. Meshes are frozen and compared by identity, so nothing goes stale.
+
+    Threads that ask at once wait for the first of them; a function may not, however indirectly, ask for itself.
+    """
     kept: WeakKeyDictionary[Mesh, T] = WeakKeyDictionary()
+    busy = Lock()
 
     @wraps(compute)
     def cached(mesh: Mesh) -> T:
         try:
             return kept[mesh]
         except KeyError:
-            return kept.setdefault(mesh, compute(mesh))
+            with busy:
+                if mesh not in kept:
+                    kept[mesh] = compute(mesh)
+                return kept[mesh]
 
     return cached

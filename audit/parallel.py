@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from contextvars import ContextVar
+from contextvars import ContextVar, copy_context
 from typing import TypeVar
 
 __all__ = ["in_parallel", "limited_to", "workers"]
@@ -43,7 +43,7 @@ def in_parallel(function: Callable[[Item], Result], items: Iterable[Item]) -> It
         yield from map(function, items)
         return
     with ThreadPoolExecutor(max_workers=many) as pool:
-        jobs = [pool.submit(function, item) for item in items]
+        jobs = [pool.submit(copy_context().run, function, item) for item in items]  # the limit holds in there too
         try:
             for job in jobs:
                 yield job.result()

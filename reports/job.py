@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import click
@@ -20,6 +22,10 @@ from meshwright.reports.verdicts import EXIT_INCOMPLETE, exit_status
 from meshwright.reports.writing import deliver, page_width, wants_colour
 
 __all__ = ["Job", "run_audit", "run_table"]
+
+
+_M_ARENA_MAX = -8
+"""glibc's number of that option, from malloc.h."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +65,14 @@ def run_table(job: Job, *, by_zone: bool) -> int:
     return EXIT_INCOMPLETE if batch.unread else 0
 
 
+def _share_one_heap() -> None:
+    """Let all threads use one heap of the C library (glibc): each its own would keep a tenth more memory to itself."""
+    with suppress(OSError, AttributeError):
+        ctypes.CDLL(None).mallopt(_M_ARENA_MAX, 1)
+
+
 def _run(job: Job, page: Page) -> Batch:
+    _share_one_heap()
     outputs = _outputs(job)
     paths = expand(job.paths)
     plan = make_plan(job)  # a misspelt metric or a wrong limit is told before anything is read

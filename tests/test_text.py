@@ -296,7 +296,7 @@ def test_long_paths_keep_the_end_that_tells_them_apart(document):
 def test_the_ids_of_a_finding_stay_on_its_line(document):
     rows = list(range(10**12, 10**12 + 6))
     long = {"code": "nonconformal-interface", "severity": "warning", "count": 10**9, "entity": "face"}
-    page = {**document, "findings": [{**long, "ids": rows, "message": "m"}]}
+    page = {**document, "findings": [{**long, "ids": rows, "places": [], "message": "m"}]}
     for width in (60, 80, 100):
         line = next(line for line in render("text", Batch([page]), Page(width=width)).splitlines() if "nonconf" in line)
         assert cell_len(line) <= width

@@ -54,6 +54,5 @@ def run_checks(mesh: Mesh, options: Options | None = None) -> tuple[Finding, ...
     """
     facts = Facts(mesh, options or Options())
     wanted = [check for check in CHECKS.values() if all(NEEDS[word](facts) for word in check.needs)]
-    facts.prepare()
     found = in_parallel(lambda check: check.run(facts), wanted)
     return tuple(sorted((f for f in found if f is not None), key=lambda finding: _ORDER.index(finding.severity)))

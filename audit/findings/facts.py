@@ -30,14 +30,6 @@ class Facts:
     mesh: Mesh
     options: Options = field(default_factory=Options)
 
-    def prepare(self) -> None:
-        """Compute what many checks read before they run side by side, so that no two of them compute it at once."""
-        if self.mesh.dimension == 2 or self.mesh.cell_dimension == 3:
-            face_sides(self.mesh)
-        else:
-            faces(self.mesh)
-            cell_shapes(self.mesh)
-
     @property
     def shapes(self) -> Shapes:
         """Size, centre and corners of every cell."""

@@ -27,6 +27,7 @@ from meshwright.audit.findings.tiles import (
 )
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
+from meshwright.audit.metrics.stages import centres as centre_stage
 from meshwright.audit.metrics.stages import edges as edge_stage
 from meshwright.audit.metrics.stages import faces as face_stage
 from meshwright.audit.metrics.stages import jacobians as jacobian_stage
@@ -121,24 +122,16 @@ def _fixed_block(mesh: Mesh, block: CellBlock, shapes: Shapes) -> None:
     batches = plan([(function, stages) for function in kernels.values()])
     prepare(batches, block.nodes)
 
+    places = tuple(list(kernels).index(word) if word in kernels else -1 for word in ("corner", "side", "centre 0"))
+    shapes_of = (shapes.relative, shapes.centre, shapes.folded, shapes.collapsed, shapes.turned)
+
     def measure(start: int) -> None:
         rows = block.rows[start : start + _CHUNK]
         nodes = block.nodes[start : start + _CHUNK]
         table = np.empty((len(kernels), len(rows)))
         run_kernels(name, mesh.points, nodes, 0, len(rows), batches, table)
-        column = dict(zip(kernels, table, strict=True))
-        relative = column["relative"]
-        _decide(mesh, name, nodes, relative)
-        shapes.relative[rows] = relative
-        twice = np.zeros(len(rows), dtype=bool)
-        _repeats(nodes, CELL_TYPES[name].n_nodes, twice)
-        shapes.collapsed[rows] = (column["shortest"] == 0.0) | twice
-        if "corner" in column:
-            shapes.folded[rows] = column["corner"] <= _CORNER
-        if "side" in column:
-            shapes.turned[rows] = column["side"] <= 0.0
-            for axis in range(3):
-                shapes.centre[rows, axis] = mesh.points[nodes[:, 0], axis] + column[f"centre {axis}"]
+        _decide(mesh, name, nodes, table[0])
+        _keep(mesh.points, rows, nodes, CELL_TYPES[name].n_nodes, table, *places, *shapes_of)
 
     for _ in in_parallel(measure, range(0, len(block), _CHUNK)):
         pass
@@ -151,7 +144,8 @@ def _kernels_for(name: str, dimension: int) -> tuple[dict[str, Kernel], tuple[Ke
         kernels: dict[str, Kernel] = {"relative": relative_volume, "shortest": shortest_edge}
         if name != "tet":  # its only Jacobian is the volume
             kernels["corner"] = worst_corner_of_solid
-        return {**kernels, "side": sides_of_solid, **centres}, (edge_stage, face_stage, volume_stage, jacobian_stage)
+        stages = (edge_stage, face_stage, centre_stage, volume_stage, jacobian_stage)
+        return {**kernels, "side": sides_of_solid, **centres}, stages
     kernels = {"relative": relative_flat_area if dimension == 2 else relative_area, "shortest": shortest_edge}
     if name == "quad":
         kernels["corner"] = worst_corner_of_quad
@@ -174,14 +168,41 @@ def _decide(mesh: Mesh, name: str, nodes: Ints, relative: NDArray[np.float64]) -
 
 
 @kernel
-def _repeats(nodes: Ints, n_corners: int, out: NDArray[np.bool_]) -> None:
-    """Whether a cell names one of its corners twice."""
-    for c in range(out.size):
+def _keep(
+    points: NDArray[np.float64],
+    rows: Ints,
+    nodes: Ints,
+    n_corners: int,
+    table: NDArray[np.float64],
+    corner: int,
+    side: int,
+    middle: int,
+    relative: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    folded: NDArray[np.bool_],
+    collapsed: NDArray[np.bool_],
+    turned: NDArray[np.bool_],
+) -> None:
+    """Write the columns of these cells where their rows say.
+
+    table (k, n): row 0 the relative size, row 1 the shortest edge; corner, side, middle: rows of the worst corner, the
+    worst side and the first of the three of the centre relative to the first node, -1 where there are none.
+    """
+    for c in range(rows.size):
+        row = rows[c]
+        relative[row] = table[0, c]
         same = 0
         for i in range(1, n_corners):
             for j in range(i):
                 same += nodes[c, i] == nodes[c, j]
-        out[c] = same > 0
+        collapsed[row] = same > 0 or table[1, c] == 0.0
+        if corner >= 0:
+            folded[row] = table[corner, c] <= _CORNER
+        if side >= 0:
+            turned[row] = table[side, c] <= 0.0
+        if middle >= 0:
+            for axis in range(3):
+                centre[row, axis] = points[nodes[c, 0], axis] + table[middle + axis, c]
 
 
 @kernel

@@ -111,51 +111,16 @@ def sides_of_solid(tile: Tile, out: Lane) -> None:
     that the pyramids of the faces count by their magnitude, so that one reversed face does not move the point it
     is judged from. C stays in work[0:3] for the kernels that hand it on.
     """
-    tris, quads, x = tile.tables.tris, tile.tables.quads, tile.x
-    n = len(tris) + len(quads)
-    centre = np.empty((n, 3, LANES))
-    work = tile.work
-    for r in range(len(tris)):
-        for d in range(3):
-            for i in range(LANES):
-                centre[r, d, i] = (x[tris[r, 0], d, i] + x[tris[r, 1], d, i] + x[tris[r, 2], d, i]) / 3.0
-    for r in range(len(quads)):
-        c = centre[len(tris) + r]
-        # rows of scratch: 0 to 2 the vertex mean, 3 to 5 the weighted sum of centres, 6 the weights
-        for d in range(3):
-            for i in range(LANES):
-                total = x[quads[r, 0], d, i] + x[quads[r, 1], d, i] + x[quads[r, 2], d, i] + x[quads[r, 3], d, i]
-                work[d, i] = 0.25 * total
-                work[3 + d, i] = 0.0
-        for i in range(LANES):
-            work[6, i] = 0.0
-        for k in range(4):
-            p, q = quads[r, k], quads[r, (k + 1) % 4]
-            for i in range(LANES):
-                ux, uy, uz = x[p, 0, i] - work[0, i], x[p, 1, i] - work[1, i], x[p, 2, i] - work[2, i]
-                vx, vy, vz = x[q, 0, i] - work[0, i], x[q, 1, i] - work[1, i], x[q, 2, i] - work[2, i]
-                nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-                w = math.sqrt(nx * nx + ny * ny + nz * nz)
-                work[6, i] += w
-                work[3, i] += w * (ux + vx)
-                work[4, i] += w * (uy + vy)
-                work[5, i] += w * (uz + vz)
-        for d in range(3):
-            for i in range(LANES):
-                w = work[6, i] if work[6, i] > 0.0 else 1.0
-                c[d, i] = work[d, i] + work[3 + d, i] / (3.0 * w)
-    for d in range(7):
+    n, work = tile.face.shape[0], tile.work
+    for d in range(7):  # 0 to 2 the weighted sum, 3 to 5 the mean of the face centres, 6 the weights
         for i in range(LANES):
             work[d, i] = 0.0
     for r in range(n):
         for d in range(3):
             for i in range(LANES):
-                work[3 + d, i] += centre[r, d, i]
-    for d in range(3, 6):
-        for i in range(LANES):
-            work[d, i] /= n
+                work[3 + d, i] += tile.face_centre[r, d, i] * (1.0 / n)
     for r in range(n):
-        a, c = tile.face[r], centre[r]
+        a, c = tile.face[r], tile.face_centre[r]
         for i in range(LANES):
             dx, dy, dz = c[0, i] - work[3, i], c[1, i] - work[4, i], c[2, i] - work[5, i]
             w = abs(a[0, i] * dx + a[1, i] * dy + a[2, i] * dz)
@@ -163,14 +128,14 @@ def sides_of_solid(tile: Tile, out: Lane) -> None:
             work[0, i] += w * dx
             work[1, i] += w * dy
             work[2, i] += w * dz
-    for d in range(3):
-        for i in range(LANES):
-            w = work[6, i] if work[6, i] > 0.0 else 1.0
-            work[d, i] = work[3 + d, i] + 0.75 * work[d, i] / w
     for i in range(LANES):
+        share = 0.75 / work[6, i] if work[6, i] > 0.0 else 0.0
+        work[0, i] = work[3, i] + share * work[0, i]
+        work[1, i] = work[4, i] + share * work[1, i]
+        work[2, i] = work[5, i] + share * work[2, i]
         out[i] = np.inf
     for r in range(n):
-        a, c = tile.face[r], centre[r]
+        a, c = tile.face[r], tile.face_centre[r]
         for i in range(LANES):
             dx, dy, dz = c[0, i] - work[0, i], c[1, i] - work[1, i], c[2, i] - work[2, i]
             side = a[0, i] * dx + a[1, i] * dy + a[2, i] * dz

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from meshwright.audit.errors import ReadError
 
-__all__ = ["fingerprint"]
+__all__ = ["fingerprint", "weight"]
 
 _CHUNK = 1 << 20
 _MESH_FOLDER = "constant/polyMesh"
@@ -21,11 +21,30 @@ def fingerprint(path: str | Path) -> str | None:
     cannot be read.
     """
     path = Path(path)
+    folder = _mesh_folder(path)
+    if folder is not None:
+        return _of_folder(folder)
+    return _of_file(path) if path.is_file() else None
+
+
+def weight(path: str | Path) -> int:
+    """Bytes of what `fingerprint` would read, 0 where there is nothing."""
+    path = Path(path)
+    folder = _mesh_folder(path)
+    try:
+        files = [path] if folder is None else [file for file in folder.iterdir() if file.is_file()]
+        return sum(file.stat().st_size for file in files)
+    except OSError:
+        return 0
+
+
+def _mesh_folder(path: Path) -> Path | None:
+    """The folder that holds the mesh of an OpenFOAM case."""
     case = path.parent if path.suffix == ".foam" else path
     for folder in (case / _MESH_FOLDER, case):
         if folder.is_dir() and (folder / "faces").exists() | (folder / "faces.gz").exists():
-            return _of_folder(folder)
-    return _of_file(path) if path.is_file() else None
+            return folder
+    return None
 
 
 def _of_file(path: Path) -> str:

@@ -12,6 +12,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings.shapes import cell_shapes
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics.row import Metric
+from meshwright.audit.ranks import at_ranks
 
 __all__ = ["PERCENTILES", "Statistics", "degenerate", "statistics", "worst_first"]
 
@@ -84,11 +85,10 @@ def _percentiles(known: NDArray[np.float64], percents: tuple[int, ...]) -> list[
     """Linear percentiles, as numpy's default, but inf between two inf instead of nan."""
     last = len(known) - 1
     places = [(last * p // 100, last * p % 100 / 100) for p in percents]
-    wanted = sorted({min(low + step, last) for low, _ in places for step in (0, 1)})
-    ordered = np.partition(known, wanted)
+    ordered = at_ranks(known, {min(low + step, last) for low, _ in places for step in (0, 1)})
     found = []
     for low, fraction in places:
-        a, b = float(ordered[low]), float(ordered[min(low + 1, last)])
+        a, b = ordered[low], ordered[min(low + 1, last)]
         if a == b or fraction == 0:
             found.append(a)
         elif math.isinf(a) or math.isinf(b):
@@ -104,7 +104,10 @@ def worst_first(values: NDArray[np.float64], n: int, *, high_is_worse: bool) -> 
     n = min(n, len(values) - int(np.count_nonzero(np.isnan(values))))
     if n <= 0:
         return np.empty(0, np.intp)
-    limit = np.partition(badness, n - 1)[n - 1]  # nan sorts last
+    if len(values) == n or np.isnan(values).any():
+        limit = np.partition(badness, n - 1)[n - 1]  # nan sorts last
+    else:
+        limit = at_ranks(badness, (n - 1,))[n - 1]
     better = np.flatnonzero(badness < limit)
     equal = np.flatnonzero(badness == limit)[: n - len(better)]
     listed = np.concatenate([better, equal])

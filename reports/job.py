@@ -6,14 +6,17 @@ import ctypes
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from threading import Thread
 
 import click
 
 from meshwright.audit.errors import MeshwrightError, UsageError
 from meshwright.audit.files import check_writable
-from meshwright.audit.fingerprint import fingerprint
+from meshwright.audit.fingerprint import fingerprint, weight
+from meshwright.audit.metrics import select
 from meshwright.audit.run import audit
 from meshwright.audit.summary import Summary, cells_of_zones, summarise
+from meshwright.audit.warm import warm_up
 from meshwright.reports.outputs import OUTPUTS, Batch, Page, Unread, render
 from meshwright.reports.paths import STDIN, expand, open_mesh, refuse_overwriting
 from meshwright.reports.plan import Plan, make_plan
@@ -23,6 +26,9 @@ from meshwright.reports.writing import deliver, page_width, wants_colour
 
 __all__ = ["Job", "run_audit", "run_table"]
 
+
+_LARGE = 16 << 20
+"""Bytes from which on reading takes longer than loading kernels beside it."""
 
 _M_ARENA_MAX = -8
 """glibc's number of that option, from malloc.h."""
@@ -84,6 +90,8 @@ def _run(job: Job, page: Page) -> Batch:
         check_writable(path)
     announce_compilation(quiet=job.quiet)
     batch = Batch([], [])
+    if job.threads != 1 and any(weight(path) > _LARGE for path in paths[:1]):
+        Thread(target=warm_up, args=(select(plan.metrics),)).start()
     for path in paths:
         try:
             batch.documents.append(_one(job, plan, path))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Sequence
@@ -110,4 +111,6 @@ def cli() -> None:
 
 def main() -> None:
     """Entry point of the `meshwright` command."""
+    # Going over the objects of numba and its caches again and again takes a tenth of a run; meshes are no cycles.
+    gc.disable()
     cli.main(prog_name="meshwright")

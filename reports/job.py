@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -100,6 +101,8 @@ def _run(job: Job, page: Page) -> Batch:
                 raise  # of several, the others are still audited
             click.echo(f"meshwright: {error}", err=True)
             batch.unread.append(Unread(path, str(error)))
+        if len(paths) > 1:
+            gc.collect()  # the command line leaves the collector off
     _write(job, outputs, batch, page)
     return batch
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.connectivity import cell_components, faces, nodes_of_cells, used_points
+from meshwright.audit.connectivity import cell_components, faces, used_points
 from meshwright.audit.csr import ragged, take, uniform_offsets
-from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
+from meshwright.audit.orientation import traversed_alike
 from meshwright.audit.sets import find_parts
 from meshwright.audit.surface_edges import face_normals, surface_edges
 
@@ -146,7 +146,12 @@ def _of_shell(mesh: Mesh) -> tuple[Ints, Ints, Ints, Floats]:
     edges = np.sort(found.nodes.reshape(-1, 2), axis=1)
     inside = found.neighbour != NO_CELL
     sides = np.where(inside[:, None], np.stack([found.owner, found.neighbour], axis=1), -1)
-    return index_array(np.arange(mesh.n_cells)), edges, sides, _angles(_shell_normals(mesh), sides, _same_way(mesh))
+    return (
+        index_array(np.arange(mesh.n_cells)),
+        edges,
+        sides,
+        _angles(_shell_normals(mesh), sides, traversed_alike(mesh)),
+    )
 
 
 def _shell_normals(mesh: Mesh) -> Floats:
@@ -158,31 +163,6 @@ def _shell_normals(mesh: Mesh) -> Floats:
         else:
             table = ragged(block)
         out[block.rows] = face_normals(mesh.points, *table)
-    return out
-
-
-def _same_way(mesh: Mesh) -> Mask:
-    """Edges that both their cells traverse in one direction."""
-    found = faces(mesh)
-    offsets, nodes = nodes_of_cells(mesh)
-    corners = np.diff(offsets)
-    for block in mesh.blocks:
-        if block.items is None:
-            corners[block.rows] = CELL_TYPES[block.type].n_corners
-    return _runs_along(found.nodes, found.neighbour, offsets, nodes, corners)
-
-
-@kernel
-def _runs_along(edge_nodes: Ints, neighbour: Ints, offsets: Ints, nodes: Ints, corners: Ints) -> Mask:
-    out = np.zeros(neighbour.size, np.bool_)
-    for e in range(neighbour.size):
-        c = neighbour[e]
-        if c >= 0:
-            p = nodes[offsets[c] + corners[c] - 1]
-            for i in range(corners[c]):
-                q = nodes[offsets[c] + i]
-                out[e] |= p == edge_nodes[2 * e] and q == edge_nodes[2 * e + 1]
-                p = q
     return out
 
 

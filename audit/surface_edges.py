@@ -8,12 +8,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.csr import sort_keys
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["face_normals", "surface_edges"]
+__all__ = ["face_normals", "fan_of_face", "surface_edges"]
 
 Floats = NDArray[np.float64]
+
+
+@inner
+def fan_of_face(points: Floats, offsets: Ints, nodes: Ints, f: int) -> tuple[float, float, float, float]:
+    """(twice the area vector of a face in units of its extent, seen from its first node; that extent)."""
+    o = nodes[offsets[f]]
+    s = 0.0
+    for i in range(offsets[f] + 1, offsets[f + 1]):
+        for d in range(3):
+            s = max(s, abs(points[nodes[i], d] - points[o, d]))
+    x = y = z = 0.0
+    for i in range(offsets[f] + 1, offsets[f + 1] - 1):
+        p, q = nodes[i], nodes[i + 1]
+        ux, uy = (points[p, 0] - points[o, 0]) / s, (points[p, 1] - points[o, 1]) / s
+        vx, vy = (points[q, 0] - points[o, 0]) / s, (points[q, 1] - points[o, 1]) / s
+        uz, vz = (points[p, 2] - points[o, 2]) / s, (points[q, 2] - points[o, 2]) / s
+        x += uy * vz - uz * vy
+        y += uz * vx - ux * vz
+        z += ux * vy - uy * vx
+    return x, y, z, s
 
 
 @kernel
@@ -21,20 +41,7 @@ def face_normals(points: Floats, offsets: Ints, nodes: Ints) -> Floats:
     """Unit normals of faces, by the cross products of their fans, each measured by its own extent; 0 without area."""
     out = np.zeros((offsets.size - 1, 3))
     for f in range(out.shape[0]):
-        o = nodes[offsets[f]]
-        s = 0.0
-        for i in range(offsets[f] + 1, offsets[f + 1]):
-            for d in range(3):
-                s = max(s, abs(points[nodes[i], d] - points[o, d]))
-        x = y = z = 0.0
-        for i in range(offsets[f] + 1, offsets[f + 1] - 1):
-            p, q = nodes[i], nodes[i + 1]
-            ux, uy = (points[p, 0] - points[o, 0]) / s, (points[p, 1] - points[o, 1]) / s
-            vx, vy = (points[q, 0] - points[o, 0]) / s, (points[q, 1] - points[o, 1]) / s
-            uz, vz = (points[p, 2] - points[o, 2]) / s, (points[q, 2] - points[o, 2]) / s
-            x += uy * vz - uz * vy
-            y += uz * vx - ux * vz
-            z += ux * vy - uy * vx
+        x, y, z, _ = fan_of_face(points, offsets, nodes, f)
         size = math.sqrt(x * x + y * y + z * z)
         if size > 0.0:
             out[f, 0], out[f, 1], out[f, 2] = x / size, y / size, z / size

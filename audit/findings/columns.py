@@ -15,7 +15,7 @@ from meshwright.audit.csr import take
 from meshwright.audit.findings.face_sets import faces_of_zone, wall_zones
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, Zone, index_array
-from meshwright.audit.surface_edges import surface_edges
+from meshwright.audit.surface_edges import fan_of_face, surface_edges
 
 __all__ = ["END_OF_LAYERS", "Columns", "wall_columns"]
 
@@ -162,19 +162,7 @@ def _centre(points: Floats, offsets: Ints, nodes: Ints, f: int, ox: float, oy: f
 def _width(points: Floats, offsets: Ints, nodes: Ints, f: int) -> float:
     o = nodes[offsets[f]]
     size = offsets[f + 1] - offsets[f]
-    s = 0.0
-    for i in range(offsets[f] + 1, offsets[f + 1]):
-        for d in range(3):
-            s = max(s, abs(points[nodes[i], d] - points[o, d]))
-    x = y = z = 0.0
-    for i in range(offsets[f] + 1, offsets[f + 1] - 1):
-        p, q = nodes[i], nodes[i + 1]
-        ux, uy = (points[p, 0] - points[o, 0]) / s, (points[p, 1] - points[o, 1]) / s
-        vx, vy = (points[q, 0] - points[o, 0]) / s, (points[q, 1] - points[o, 1]) / s
-        uz, vz = (points[p, 2] - points[o, 2]) / s, (points[q, 2] - points[o, 2]) / s
-        x += uy * vz - uz * vy
-        y += uz * vx - ux * vz
-        z += ux * vy - uy * vx
+    x, y, z, s = fan_of_face(points, offsets, nodes, f)
     area = 0.5 * math.sqrt(x * x + y * y + z * z)
     if size == 2:
         p = nodes[offsets[f] + 1]

@@ -10,8 +10,9 @@ from meshwright.audit.findings.chains import chains_of
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.findings.shells import mesh_shells
-from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides, inconsistent_edges, left_handed_cells
+from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides, left_handed_cells
 from meshwright.audit.mesh import NO_CELL, Ints
+from meshwright.audit.orientation import traversed_alike
 
 __all__ = ["ROWS"]
 
@@ -43,7 +44,7 @@ def left_handed_faces(facts: Facts) -> Found | None:
 
 def inconsistent_orientation(facts: Facts) -> Found | None:
     """Edges at which two surface cells turn against each other."""
-    rows = inconsistent_edges(facts.mesh)
+    rows = np.flatnonzero(traversed_alike(facts.mesh))
     if not len(rows):
         return None
     return Found(

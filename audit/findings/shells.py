@@ -15,9 +15,9 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces, nodes_of_cells, overused_faces
 from meshwright.audit.csr import take
 from meshwright.audit.findings.nesting import nesting
-from meshwright.audit.findings.sides import inconsistent_edges
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
+from meshwright.audit.orientation import traversed_alike
 from meshwright.audit.places import plain
 from meshwright.audit.sets import find_parts, hash_rows
 
@@ -118,7 +118,7 @@ def _shells(mesh: Mesh) -> Shells:
         return np.bincount(shell[found.owner[rows]], minlength=n)
 
     free, crowded = tally(np.flatnonzero(alone)), tally(joints)
-    turns = inconsistent_edges(mesh)
+    turns = np.flatnonzero(traversed_alike(mesh))
     turned = tally(turns[~np.isin(turns, crowd)])
     offsets, nodes = nodes_of_cells(mesh)
     corners = np.diff(offsets)

@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
-from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.connectivity import duplicate_cells, faces, nodes_of_cells
+from meshwright.audit.connectivity import duplicate_cells, faces
 from meshwright.audit.findings.polycells import face_vector
 from meshwright.audit.findings.shapes import cell_shapes
 from meshwright.audit.jit import inner, kernel
-from meshwright.audit.mesh import Ints, Mesh, index_array
+from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import in_parallel
 
 __all__ = [
@@ -30,7 +29,6 @@ __all__ = [
     "Sides",
     "face_handedness",
     "face_sides",
-    "inconsistent_edges",
     "left_handed_cells",
 ]
 
@@ -255,31 +253,3 @@ def left_handed_cells(mesh: Mesh) -> NDArray[np.bool_]:
     flags[found.owner[over]] = True
     flags[found.neighbour[over]] = True
     return flags
-
-
-def inconsistent_edges(mesh: Mesh) -> Ints:
-    """Rows of the edges of a surface mesh that both their cells traverse in the same direction."""
-    found = faces(mesh)
-    offsets, nodes = nodes_of_cells(mesh)
-    corners = np.diff(offsets)
-    for block in mesh.blocks:
-        if block.items is None:
-            corners[block.rows] = CELL_TYPES[block.type].n_corners
-    return index_array(np.flatnonzero(_same_way(found.nodes, found.neighbour, offsets, nodes, corners)))
-
-
-@kernel
-def _same_way(edge_nodes: Ints, neighbour: Ints, offsets: Ints, nodes: Ints, corners: Ints) -> NDArray[np.bool_]:
-    out = np.zeros(neighbour.size, np.bool_)
-    for e in range(neighbour.size):
-        c = neighbour[e]
-        if c < 0:
-            continue
-        a, b = edge_nodes[2 * e], edge_nodes[2 * e + 1]
-        p = nodes[offsets[c] + corners[c] - 1]
-        for i in range(corners[c]):
-            q = nodes[offsets[c] + i]
-            if p == a and q == b:
-                out[e] = True
-            p = q
-    return out

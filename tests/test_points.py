@@ -14,7 +14,8 @@ from meshwright.audit.geometry import total_volume
 from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import CellBlock, Faces, Mesh
 from meshwright.audit.metrics import METRICS
-from meshwright.audit.metrics.dual import dual_tables, gather_block, new_fields
+from meshwright.audit.metrics.dual import dual_tables, gather_block
+from meshwright.audit.metrics.dual_fields import SECTOR_MIN, new_fields
 
 hybrid_mesh = runpy.run_path(str(Path(__file__).parent / "hybrid.py"))["hybrid_mesh"]
 
@@ -93,7 +94,7 @@ def test_the_sectors_of_all_points_fill_the_mesh():
             own = np.arange(block.nodes.size).reshape(block.nodes.shape)  # no two cells share a point
             fields = new_fields(block.nodes.size)
             gather_block(mesh.points[block.nodes.ravel()], own, dual_tables(block.type), fields)
-            total += fields[:, 1].sum()
+            total += fields[:, SECTOR_MIN].sum()
         assert total == pytest.approx(total_volume(mesh), rel=1e-12)
 
 

@@ -16,29 +16,28 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import inner, kernel
-from meshwright.audit.mesh import Floats
-from meshwright.audit.metrics.stages import corner, degrees, degrees_from_cotangent, widen
+from meshwright.audit.metrics.dual_fields import (
+    ANGLE_MIN,
+    AREA,
+    AREA_ANGLE,
+    AREA_COSINE,
+    AREA_MAX,
+    AREA_MIN,
+    CELL_MAX,
+    CELL_MIN,
+    CORNER_LARGE,
+    CORNER_REFLEX,
+    CORNER_SMALL,
+    COUNT,
+    EDGES,
+    FIELDS,
+    SECTOR_MAX,
+    SECTOR_MIN,
+)
+from meshwright.audit.metrics.stages import corner, degrees_from_cotangent, widen
 from meshwright.audit.metrics.tile import LANES
 
-__all__ = [
-    "FIELDS",
-    "DualTables",
-    "dual_tables",
-    "finish",
-    "gather_block",
-    "gather_polytopes",
-    "gather_surface",
-    "new_fields",
-]
-
-FIELDS = 15
-(
-    _COUNT, _SECTOR_MIN, _SECTOR_MAX, _AREA, _AREA_ANGLE, _AREA_COSINE, _ANGLE_MIN, _AREA_MIN, _AREA_MAX, _CELL_MIN,
-    _CELL_MAX, _CORNER_SMALL, _CORNER_LARGE, _CORNER_REFLEX, _EDGES,
-) = range(FIELDS)  # fmt: skip
-"""Columns of a point's row: cells around it; extremes of its sectors; sums over dual faces of area, area times angle and
-area times cosine; smallest angle and extreme areas of dual faces; extremes of the cells' volumes; extremes of the corner
-angles as signed squares of cotangents; largest squared ratio of two edges at a corner."""
+__all__ = ["DualTables", "dual_tables", "gather_block", "gather_surface"]
 
 
 class DualTables(NamedTuple):
@@ -73,22 +72,14 @@ def dual_tables(type_name: str) -> DualTables:
     )
 
 
-def new_fields(n_points: int) -> Floats:
-    """(n_points, FIELDS) rows of points that no cell has touched yet."""
-    fields = np.zeros((n_points, FIELDS))
-    fields[:, [_SECTOR_MIN, _ANGLE_MIN, _AREA_MIN, _CELL_MIN, _CORNER_LARGE]] = np.inf
-    fields[:, [_SECTOR_MAX, _CELL_MAX, _CORNER_SMALL, _CORNER_REFLEX]] = -np.inf
-    return fields
-
-
 @inner
 def _corner_fields(x, tables, cell):  # type: ignore[no-untyped-def]
     """Corner angles and edge ratios of 192 cells into cell[fields, corner, lane]."""
     table = tables.corners
     for r in range(len(table)):
         o, a, b, c = table[r, 0], table[r, 1], table[r, 2], table[r, 3]
-        small, large = cell[_CORNER_SMALL, o], cell[_CORNER_LARGE, o]
-        reflex, ratio = cell[_CORNER_REFLEX, o], cell[_EDGES, o]
+        small, large = cell[CORNER_SMALL, o], cell[CORNER_LARGE, o]
+        reflex, ratio = cell[CORNER_REFLEX, o], cell[EDGES, o]
         for i in range(LANES):
             ux, uy, uz = x[a, 0, i] - x[o, 0, i], x[a, 1, i] - x[o, 1, i], x[a, 2, i] - x[o, 2, i]
             vx, vy, vz = x[b, 0, i] - x[o, 0, i], x[b, 1, i] - x[o, 1, i], x[b, 2, i] - x[o, 2, i]
@@ -153,19 +144,19 @@ def _dual_fields(x, tables, cell, face, work):  # type: ignore[no-untyped-def]
             work[3, i] = size
             work[4, i] = 90.0 - degrees_from_cotangent(dot / cross) if size > 0.0 else 0.0
             work[5, i] = dot / math.sqrt(dot * dot + cross * cross) if size > 0.0 else 0.0
-            cell[_SECTOR_MIN, p, i] += dot / 6.0
-            cell[_SECTOR_MIN, q, i] += dot / 6.0
+            cell[SECTOR_MIN, p, i] += dot / 6.0
+            cell[SECTOR_MIN, q, i] += dot / 6.0
         for end in range(2):
             at = edges[r, end]
             for i in range(LANES):
                 size, angle = work[3, i], work[4, i]
-                cell[_AREA, at, i] += size
-                cell[_AREA_ANGLE, at, i] += size * angle
-                cell[_AREA_COSINE, at, i] += size * work[5, i]
-                cell[_AREA_MIN, at, i] = min(cell[_AREA_MIN, at, i], size)
-                cell[_AREA_MAX, at, i] = max(cell[_AREA_MAX, at, i], size)
-                lowest = cell[_ANGLE_MIN, at, i]
-                cell[_ANGLE_MIN, at, i] = angle if size > 0.0 and angle < lowest else lowest
+                cell[AREA, at, i] += size
+                cell[AREA_ANGLE, at, i] += size * angle
+                cell[AREA_COSINE, at, i] += size * work[5, i]
+                cell[AREA_MIN, at, i] = min(cell[AREA_MIN, at, i], size)
+                cell[AREA_MAX, at, i] = max(cell[AREA_MAX, at, i], size)
+                lowest = cell[ANGLE_MIN, at, i]
+                cell[ANGLE_MIN, at, i] = angle if size > 0.0 and angle < lowest else lowest
 
 
 @inner
@@ -174,9 +165,9 @@ def _reset(cell):  # type: ignore[no-untyped-def]
     for j in range(cell.shape[1]):
         for field in range(FIELDS):
             start = 0.0
-            if field in (_ANGLE_MIN, _AREA_MIN, _CORNER_LARGE):
+            if field in (ANGLE_MIN, AREA_MIN, CORNER_LARGE):
                 start = np.inf
-            elif field in (_CORNER_SMALL, _CORNER_REFLEX):
+            elif field in (CORNER_SMALL, CORNER_REFLEX):
                 start = -np.inf
             for i in range(LANES):
                 cell[field, j, i] = start
@@ -186,21 +177,21 @@ def _reset(cell):  # type: ignore[no-untyped-def]
 def _scatter(fields, p, cell, j, i, volume):  # type: ignore[no-untyped-def]
     """Add what lane i of corner j knows to the row of its point. Angles that are undefined make a sum nan."""
     row = fields[p]
-    row[_COUNT] += 1.0
-    row[_SECTOR_MIN] = min(row[_SECTOR_MIN], cell[_SECTOR_MIN, j, i])
-    row[_SECTOR_MAX] = max(row[_SECTOR_MAX], cell[_SECTOR_MIN, j, i])
-    row[_AREA] += cell[_AREA, j, i]
-    row[_AREA_ANGLE] += cell[_AREA_ANGLE, j, i]
-    row[_AREA_COSINE] += cell[_AREA_COSINE, j, i]
-    row[_ANGLE_MIN] = min(row[_ANGLE_MIN], cell[_ANGLE_MIN, j, i])
-    row[_AREA_MIN] = min(row[_AREA_MIN], cell[_AREA_MIN, j, i])
-    row[_AREA_MAX] = max(row[_AREA_MAX], cell[_AREA_MAX, j, i])
-    row[_CELL_MIN] = min(row[_CELL_MIN], volume)
-    row[_CELL_MAX] = max(row[_CELL_MAX], volume)
-    row[_CORNER_SMALL] = max(row[_CORNER_SMALL], cell[_CORNER_SMALL, j, i])
-    row[_CORNER_LARGE] = min(row[_CORNER_LARGE], cell[_CORNER_LARGE, j, i])
-    row[_CORNER_REFLEX] = max(row[_CORNER_REFLEX], cell[_CORNER_REFLEX, j, i])
-    row[_EDGES] = max(row[_EDGES], cell[_EDGES, j, i])
+    row[COUNT] += 1.0
+    row[SECTOR_MIN] = min(row[SECTOR_MIN], cell[SECTOR_MIN, j, i])
+    row[SECTOR_MAX] = max(row[SECTOR_MAX], cell[SECTOR_MIN, j, i])
+    row[AREA] += cell[AREA, j, i]
+    row[AREA_ANGLE] += cell[AREA_ANGLE, j, i]
+    row[AREA_COSINE] += cell[AREA_COSINE, j, i]
+    row[ANGLE_MIN] = min(row[ANGLE_MIN], cell[ANGLE_MIN, j, i])
+    row[AREA_MIN] = min(row[AREA_MIN], cell[AREA_MIN, j, i])
+    row[AREA_MAX] = max(row[AREA_MAX], cell[AREA_MAX, j, i])
+    row[CELL_MIN] = min(row[CELL_MIN], volume)
+    row[CELL_MAX] = max(row[CELL_MAX], volume)
+    row[CORNER_SMALL] = max(row[CORNER_SMALL], cell[CORNER_SMALL, j, i])
+    row[CORNER_LARGE] = min(row[CORNER_LARGE], cell[CORNER_LARGE, j, i])
+    row[CORNER_REFLEX] = max(row[CORNER_REFLEX], cell[CORNER_REFLEX, j, i])
+    row[EDGES] = max(row[EDGES], cell[EDGES, j, i])
 
 
 @inner
@@ -234,7 +225,7 @@ def gather_block(points, nodes, tables, fields):  # type: ignore[no-untyped-def]
             for j in range(n):
                 p = nodes[first + i, j]
                 if broken:
-                    fields[p, _COUNT] = np.nan
+                    fields[p, COUNT] = np.nan
                 else:
                     _scatter(fields, p, cell, j, i, abs(work[6, i]))
 
@@ -255,193 +246,6 @@ def gather_surface(points, nodes, tables, fields):  # type: ignore[no-untyped-de
             for j in range(n):
                 p = nodes[first + i, j]
                 if not abs(total) < np.inf:
-                    fields[p, _COUNT] = np.nan
+                    fields[p, COUNT] = np.nan
                 else:
                     _scatter(fields, p, cell, j, i, 0.0)
-
-
-@inner
-def _corner_of_loop(points, row, o, a, b, nx, ny, nz):  # type: ignore[no-untyped-def]
-    """Add the corner o of a face of normal n, between a (next) and b (before), to the row of its point."""
-    ux, uy, uz = points[a, 0] - points[o, 0], points[a, 1] - points[o, 1], points[a, 2] - points[o, 2]
-    vx, vy, vz = points[b, 0] - points[o, 0], points[b, 1] - points[o, 1], points[b, 2] - points[o, 2]
-    square, mx, my, mz = corner(ux, uy, uz, vx, vy, vz)
-    turned = nx * mx + ny * my + nz * mz < 0.0
-    row[_CORNER_SMALL], row[_CORNER_LARGE], row[_CORNER_REFLEX] = widen(
-        row[_CORNER_SMALL], row[_CORNER_LARGE], row[_CORNER_REFLEX], square, turned
-    )
-    u2, v2 = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
-    low, high = min(u2, v2), max(u2, v2)
-    row[_EDGES] = max(row[_EDGES], high / low if low > 0.0 else np.inf)
-
-
-@inner
-def _normal_of_loop(points, nodes, start, end):  # type: ignore[no-untyped-def]
-    """Area vector of a face, seen from its first node."""
-    o = nodes[start]
-    nx = ny = nz = 0.0
-    for k in range(start + 1, end - 1):
-        p, q = nodes[k], nodes[k + 1]
-        ux, uy, uz = points[p, 0] - points[o, 0], points[p, 1] - points[o, 1], points[p, 2] - points[o, 2]
-        vx, vy, vz = points[q, 0] - points[o, 0], points[q, 1] - points[o, 1], points[q, 2] - points[o, 2]
-        nx, ny, nz = nx + uy * vz - uz * vy, ny + uz * vx - ux * vz, nz + ux * vy - uy * vx
-    return nx, ny, nz
-
-
-@kernel
-def gather_polytopes(points, rows, starts, items, offsets, nodes, owner, cells, solid, fields):  # type: ignore[no-untyped-def]
-    """Add polyhedra, or polygons (cells of one face each), to the rows of their corners.
-
-    starts, items: faces of each; offsets, nodes: points around each face, whose normal leaves the cell row `owner`.
-    cells (offsets, nodes): the distinct points of each cell, by its place.
-    """
-    most_edges = most_nodes = 0
-    for c in range(rows.size):
-        total = 0
-        for k in range(starts[c], starts[c + 1]):
-            total += offsets[items[k] + 1] - offsets[items[k]]
-        most_edges = max(most_edges, total)
-        most_nodes = max(most_nodes, cells[0][c + 1] - cells[0][c])
-    # one row an edge of the cell: ends and dual area vector; edges are found by comparison, cells have few
-    ends, dual = np.empty((most_edges, 2), np.int64), np.empty((most_edges, 3))
-    sector = np.empty(most_nodes)
-    for c in range(rows.size):
-        first, last = cells[0][c], cells[0][c + 1]
-        o = cells[1][first]
-        mx = my = mz = 0.0
-        for k in range(first, last):
-            p = cells[1][k]
-            mx, my, mz = (
-                mx + points[p, 0] - points[o, 0],
-                my + points[p, 1] - points[o, 1],
-                mz + points[p, 2] - points[o, 2],
-            )
-        mx, my, mz = mx / (last - first), my / (last - first), mz / (last - first)
-        sector[: last - first] = 0.0
-        n_edges = 0
-        for k in range(starts[c], starts[c + 1]):
-            f = items[k]
-            begin, end = offsets[f], offsets[f + 1]
-            outward = 1.0 if owner[f] == rows[c] else -1.0
-            fx = fy = fz = 0.0
-            for j in range(begin, end):
-                p = nodes[j]
-                fx, fy, fz = (
-                    fx + points[p, 0] - points[o, 0],
-                    fy + points[p, 1] - points[o, 1],
-                    fz + points[p, 2] - points[o, 2],
-                )
-            fx, fy, fz = fx / (end - begin), fy / (end - begin), fz / (end - begin)
-            normal = _normal_of_loop(points, nodes, begin, end)
-            for j in range(begin, end):
-                a, b = nodes[j], nodes[j + 1 if j + 1 < end else begin]
-                before = nodes[j - 1 if j > begin else end - 1]
-                _corner_of_loop(points, fields[a], a, b, before, normal[0], normal[1], normal[2])
-                if not solid:
-                    continue
-                low, high = min(a, b), max(a, b)
-                e = 0
-                while e < n_edges and (ends[e, 0] != low or ends[e, 1] != high):
-                    e += 1
-                if e == n_edges:
-                    ends[e, 0], ends[e, 1] = low, high
-                    dual[e, 0] = dual[e, 1] = dual[e, 2] = 0.0
-                    n_edges += 1
-                # (M - F) x (C - M) / 2 for the face that runs along the edge, the opposite for the one against it
-                sign = 0.5 * outward if a == low else -0.5 * outward
-                ax = 0.5 * (points[a, 0] + points[b, 0]) - points[o, 0]
-                ay = 0.5 * (points[a, 1] + points[b, 1]) - points[o, 1]
-                az = 0.5 * (points[a, 2] + points[b, 2]) - points[o, 2]
-                ux, uy, uz = ax - fx, ay - fy, az - fz
-                vx, vy, vz = mx - ax, my - ay, mz - az
-                dual[e, 0] += sign * (uy * vz - uz * vy)
-                dual[e, 1] += sign * (uz * vx - ux * vz)
-                dual[e, 2] += sign * (ux * vy - uy * vx)
-        volume = 0.0
-        for e in range(n_edges):
-            a, b = ends[e, 0], ends[e, 1]
-            for d in range(3):
-                volume += dual[e, d] * (points[b, d] - points[a, d]) / 3.0
-        broken = not abs(volume + mx + my + mz) < np.inf
-        mirrored = -1.0 if volume < 0.0 else 1.0
-        for e in range(n_edges):
-            a, b = ends[e, 0], ends[e, 1]
-            nx, ny, nz = dual[e, 0], dual[e, 1], dual[e, 2]
-            sx, sy, sz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-            dot = mirrored * (nx * sx + ny * sy + nz * sz)
-            cx, cy, cz = ny * sz - nz * sy, nz * sx - nx * sz, nx * sy - ny * sx
-            cross = math.sqrt(cx * cx + cy * cy + cz * cz)
-            size = math.sqrt(nx * nx + ny * ny + nz * nz)
-            angle = 90.0 - degrees_from_cotangent(dot / cross) if size > 0.0 else 0.0
-            cosine = dot / math.sqrt(dot * dot + cross * cross) if size > 0.0 else 0.0
-            for p in (a, b):
-                row = fields[p]
-                row[_AREA] += size
-                row[_AREA_ANGLE] += size * angle
-                row[_AREA_COSINE] += size * cosine
-                row[_AREA_MIN] = min(row[_AREA_MIN], size)
-                row[_AREA_MAX] = max(row[_AREA_MAX], size)
-                row[_ANGLE_MIN] = angle if size > 0.0 and angle < row[_ANGLE_MIN] else row[_ANGLE_MIN]
-                k = first
-                while cells[1][k] != p:
-                    k += 1
-                sector[k - first] += dot / 6.0
-        for k in range(first, last):
-            row = fields[cells[1][k]]
-            if broken:
-                row[_COUNT] = np.nan
-                continue
-            row[_COUNT] += 1.0
-            row[_SECTOR_MIN] = min(row[_SECTOR_MIN], sector[k - first])
-            row[_SECTOR_MAX] = max(row[_SECTOR_MAX], sector[k - first])
-            row[_CELL_MIN] = min(row[_CELL_MIN], abs(volume))
-            row[_CELL_MAX] = max(row[_CELL_MAX], abs(volume))
-
-
-@kernel
-def finish(fields, column, out):  # type: ignore[no-untyped-def]
-    """out (n,): the metric of that number (the order of `points.Columns`) from the rows; nan at a point without cells."""
-    for p in range(out.size):
-        row = fields[p]
-        if not row[_COUNT] > 0.0:
-            out[p] = np.nan
-        elif column == 0:
-            out[p] = row[_SECTOR_MAX] / row[_SECTOR_MIN] if row[_SECTOR_MIN] > 0.0 else np.inf
-        elif column == 1:
-            out[p] = row[_AREA_ANGLE] / row[_AREA]
-        elif column == 2:
-            out[p] = row[_ANGLE_MIN] if row[_ANGLE_MIN] < np.inf and row[_AREA_ANGLE] == row[_AREA_ANGLE] else np.nan
-        elif column == 3:
-            out[p] = row[_AREA_COSINE] / row[_AREA]
-        elif column == 4:
-            out[p] = row[_AREA_MAX] / row[_AREA_MIN] if row[_AREA_MIN] > 0.0 else np.inf
-        elif column == 5:
-            out[p] = row[_COUNT]
-        elif column == 6:
-            out[p] = math.sqrt(row[_EDGES])
-        elif column == 7:
-            out[p] = row[_CELL_MAX] / row[_CELL_MIN] if row[_CELL_MIN] > 0.0 else np.inf
-        elif column == 8:
-            out[p] = _smallest_angle(row)
-        else:
-            out[p] = _largest_angle(row)
-
-
-@inner
-def _smallest_angle(row):  # type: ignore[no-untyped-def]
-    """Smallest corner angle of a point's row; nan where an edge there has no length."""
-    if not row[_EDGES] < np.inf:
-        return np.nan
-    if row[_CORNER_SMALL] == -np.inf and row[_CORNER_LARGE] == np.inf:  # no corner but reflex ones
-        return 360.0 - degrees(row[_CORNER_REFLEX])
-    return degrees(row[_CORNER_SMALL])
-
-
-@inner
-def _largest_angle(row):  # type: ignore[no-untyped-def]
-    """Largest corner angle of a point's row; nan where an edge there has no length."""
-    if not row[_EDGES] < np.inf:
-        return np.nan
-    if row[_CORNER_REFLEX] > -np.inf:
-        return 360.0 - degrees(row[_CORNER_REFLEX])
-    return degrees(row[_CORNER_LARGE])

@@ -14,14 +14,9 @@ from meshwright.audit.csr import ragged, take, uniform_offsets
 from meshwright.audit.geometry import in_safe_units
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Floats, Mesh, index_array
-from meshwright.audit.metrics.dual import (
-    dual_tables,
-    finish,
-    gather_block,
-    gather_polytopes,
-    gather_surface,
-    new_fields,
-)
+from meshwright.audit.metrics.dual import dual_tables, gather_block, gather_surface
+from meshwright.audit.metrics.dual_fields import finish, new_fields
+from meshwright.audit.metrics.dual_polytopes import gather_polytopes
 from meshwright.audit.metrics.row import Metric
 
 __all__ = ["ROWS", "measure_points"]

@@ -31,7 +31,7 @@ def at_ranks(values: Floats, ranks: Iterable[int]) -> dict[int, float]:
         return {rank: float(ordered[rank]) for rank in wanted}
     bits = np.ascontiguousarray(values).view(np.int64)
     ends = np.cumsum(_count(bits))
-    found = {}
+    found: dict[int, float] = {}
     slots = np.searchsorted(ends, wanted, side="right")
     for slot in np.unique(slots).tolist():
         first = int(ends[slot - 1]) if slot else 0

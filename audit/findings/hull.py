@@ -103,7 +103,7 @@ def mesh_hull(mesh: Mesh) -> Hull:
     rows = np.flatnonzero(outside)
     offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     if mesh.n_nonfinite and len(rows):
-        lost: NDArray[np.bool_] = ~np.isfinite(mesh.points).all(axis=1)
+        lost = np.asarray(~np.isfinite(mesh.points).all(axis=1))
         rows = rows[~np.logical_or.reduceat(lost[nodes], offsets[:-1])]
         offsets, nodes = take(found.offsets, found.nodes, index_array(rows))
     used = np.zeros(len(mesh.points), dtype=bool)

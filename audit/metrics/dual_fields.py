@@ -11,9 +11,24 @@ from meshwright.audit.mesh import Floats
 from meshwright.audit.metrics.stages import degrees
 
 __all__ = [
-    *("FIELDS", "COUNT", "SECTOR_MIN", "SECTOR_MAX", "AREA", "AREA_ANGLE", "AREA_COSINE", "ANGLE_MIN", "AREA_MIN"),
-    *("AREA_MAX", "CELL_MIN", "CELL_MAX", "CORNER_SMALL", "CORNER_LARGE", "CORNER_REFLEX", "EDGES"),
-    *("finish", "new_fields"),
+    "ANGLE_MIN",
+    "AREA",
+    "AREA_ANGLE",
+    "AREA_COSINE",
+    "AREA_MAX",
+    "AREA_MIN",
+    "CELL_MAX",
+    "CELL_MIN",
+    "CORNER_LARGE",
+    "CORNER_REFLEX",
+    "CORNER_SMALL",
+    "COUNT",
+    "EDGES",
+    "FIELDS",
+    "SECTOR_MAX",
+    "SECTOR_MIN",
+    "finish",
+    "new_fields",
 ]
 
 FIELDS = 15

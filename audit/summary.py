@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fnmatch
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from functools import partial
 from importlib.metadata import version
@@ -63,8 +63,11 @@ def summarise(
     """
     mesh, measured = audit.mesh, audit.measured
     chosen = None if zone is None else cells_of_zones(mesh, zone)
-    parts = (partial(tabulate, measured, chosen), partial(_metrics, measured, audit.chosen, chosen, worst))
-    tables, metrics = in_parallel(lambda part: part(), parts)
+    work: tuple[Callable[[], Any], ...] = (
+        partial(tabulate, measured, chosen),
+        partial(_metrics, measured, audit.chosen, chosen, worst),
+    )
+    tables, metrics = in_parallel(lambda part: part(), work)
     if sha256 is None and mesh.path:
         sha256 = fingerprint(mesh.path)
     findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]

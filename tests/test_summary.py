@@ -1,6 +1,7 @@
 """The JSON document: its schema, its verdict, and its numbers against independent ones."""
 
 import copy
+import dataclasses
 import hashlib
 import json
 import math
@@ -16,6 +17,9 @@ from meshwright.audit.fingerprint import fingerprint
 from meshwright.audit.measurement import Measured, measure
 from meshwright.audit.mesh import CellBlock, Faces, Mesh, Zone
 from meshwright.audit.metrics import METRICS
+from meshwright.audit.parallel import limited_to
+from meshwright.audit.profiles import PROFILES, read_profile
+from meshwright.audit.readers import read
 from meshwright.audit.run import Audit, audit
 from meshwright.audit.summary import summarise
 from meshwright.audit.surface import boundary_mesh
@@ -329,3 +333,39 @@ def test_public_names_are_what_they_say_whatever_was_imported_before():
         assert getattr(package, name) is not None
     with pytest.raises(AttributeError):
         _ = package.nothing
+
+
+def test_one_and_two_threads_give_the_same_document_to_the_byte():
+    mesh = read(str(Path(__file__).parent.parent / "samples" / "hybrid" / "hybrid.fluent.msh.gz"))
+    profiles = [read_profile(name) for name in PROFILES]
+    also = [id_ for profile in profiles for id_ in profile.metrics if id_ in METRICS]
+    texts = set()
+    for threads in (1, 2, 3):
+        again = dataclasses.replace(mesh)  # nothing computed before is reused
+        found = audit(again, "all", also=also, threads=threads)
+        with limited_to(threads):
+            texts.add(json.dumps(summarise(found, sha256="0" * 64, compare=profiles)))
+    assert len(texts) == 1
+
+
+def test_degenerate_values_are_counted_apart_and_never_averaged_in():
+    box = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)], float)
+    cells = [box, box + (2, 0, 0), box * (1, 1, 4) + (4, 0, 0), box * (1, 1, 0) + (6, 0, 0)]  # the last one is flat
+    points = np.concatenate(cells)
+    mesh = Mesh(points, (CellBlock("hex", np.arange(4), np.arange(32).reshape(4, 8)),))
+    metrics = summarise(audit(mesh, "gambit.aspect_ratio,gambit.equiangle_skew,icem.determinant,gambit.warpage"))[
+        "metrics"
+    ]
+    aspect = metrics["gambit.aspect_ratio"]["hex"]
+    assert (aspect["count"], aspect["degenerate"], aspect["undefined"]) == (4, 1, 0)
+    assert aspect["mean"] == pytest.approx((1 + 1 + 4) / 3)
+    assert (aspect["max"], aspect["worst"][0]["cell"]) == ("inf", 3)
+    determinant = metrics["icem.determinant"]["hex"]
+    assert (determinant["count"], determinant["degenerate"], determinant["mean"], determinant["min"]) == (
+        4,
+        1,
+        1.0,
+        0.0,
+    )
+    warpage = metrics["gambit.warpage"]["hex"]
+    assert (warpage["count"], warpage["undefined"]) == (3, 1)  # the faces of the flat one that are lines have no normal

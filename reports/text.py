@@ -134,10 +134,11 @@ def _facts(document: dict[str, Any]) -> Grid:
 def _verdict(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
     findings, gate = document["findings"], document["gate"]
     counts = {s: sum(f["severity"] == s for f in findings) for s in ("error", "warning")}
-    words = [plural(n, severity) for severity, n in counts.items() if n]
+    words = [*_broken_rules(gate["rules"]), *(plural(n, severity) for severity, n in counts.items() if n)]
     line = Text("\n")
     line.append(gate["verdict"].upper(), style=_STYLES[gate["verdict"]])
-    line.append("  " + (" and ".join(words) if words else "no errors, no warnings"))
+    said = " and ".join(filter(None, (", ".join(words[:-1]), words[-1]))) if words else "no errors, no warnings"
+    line.append(f"  {said}")
     yield line
     for reason in gate["reasons"]:
         yield _item(reason)
@@ -145,6 +146,13 @@ def _verdict(document: dict[str, Any], page: Page) -> Iterator[RenderableType]:
         yield section("Findings")
         for finding in sorted(findings, key=lambda f: _SEVERITIES.index(f["severity"])):
             yield from _finding(finding, page.width)
+
+
+def _broken_rules(rules: list[dict[str, Any]]) -> list[str]:
+    """What limits say: "2 rules failed", ..."""
+    states = [rule["state"] for rule in rules]
+    verbs = {"fail": "failed", "incomplete": "undecided", "warn": "warned"}
+    return [f"{plural(states.count(s), 'rule')} {verb}" for s, verb in verbs.items() if s in states]
 
 
 def _finding(finding: dict[str, Any], width: int) -> Iterator[RenderableType]:

@@ -2,8 +2,10 @@
 
 import gc
 import runpy
+import time
 import weakref
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import (
     boundary_faces,
@@ -264,3 +267,19 @@ def test_faces_of_a_polyhedral_mesh_may_carry_the_numbers_of_the_file():
     numbered = Faces(found.offsets, found.nodes, found.owner, found.neighbour, ids=np.arange(len(found)) + 100)
     again = Mesh(mesh.points, mesh.blocks, faces=numbered)
     assert rows_of(faces_of_cells(again)) == rows_of(faces_of_cells(mesh))
+
+
+def test_threads_that_ask_for_the_same_of_a_mesh_share_one_answer():
+    asked = []
+
+    @once_per_mesh
+    def slow(mesh):
+        asked.append(mesh)
+        time.sleep(0.05)
+        return object()
+
+    mesh, other = hybrid_mesh(0), hybrid_mesh(1)
+    with ThreadPoolExecutor(8) as pool:
+        answers = list(pool.map(slow, [mesh, other] * 8))
+    assert len(asked) == len(set(map(id, answers))) == 2
+    assert answers[0] is slow(mesh)

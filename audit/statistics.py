@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.findings.shapes import cell_shapes
+from meshwright.audit.findings.signs.shapes import cell_shapes
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics.row import Metric
 from meshwright.audit.ranks import at_ranks

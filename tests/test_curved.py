@@ -13,9 +13,9 @@ from scipy.spatial.transform import Rotation
 from meshwright.audit.bernstein import basis, corners, indices, product_terms, split_matrices
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings import run_checks
-from meshwright.audit.findings.bezier import FLAT, SOLID, determinants, gather, new_scratch
-from meshwright.audit.findings.bezier_exact import exact_sign
-from meshwright.audit.findings.bezier_tables import bends, formula
+from meshwright.audit.findings.bezier.exact import exact_sign
+from meshwright.audit.findings.bezier.proof import FLAT, SOLID, determinants, gather, new_scratch
+from meshwright.audit.findings.bezier.tables import bends, formula
 from meshwright.audit.findings.curved import INVALID, UNDECIDED, UNJUDGED, VALID, curved_cells
 from meshwright.audit.jit import kernel
 from meshwright.audit.measurement import measure

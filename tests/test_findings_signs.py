@@ -7,7 +7,7 @@ import pytest
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings import run_checks
-from meshwright.audit.findings.shapes import FLAT, cell_shapes
+from meshwright.audit.findings.signs.shapes import FLAT, cell_shapes
 from meshwright.audit.mesh import CellBlock, Faces, Mesh
 
 UNIT = {

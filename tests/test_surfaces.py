@@ -8,7 +8,7 @@ import pytest
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.findings import Options, run_checks
-from meshwright.audit.findings.shells import mesh_shells
+from meshwright.audit.findings.hulls.shells import mesh_shells
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.readers import read
 

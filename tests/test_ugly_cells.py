@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.findings.shapes import FLAT, cell_shapes
+from meshwright.audit.findings.signs.shapes import FLAT, cell_shapes
 from meshwright.audit.measurement import measure
 from meshwright.audit.metrics import METRICS
 

@@ -29,7 +29,7 @@ from meshwright.audit.findings import (
 from meshwright.audit.findings.facts import NEEDS, Facts
 from meshwright.audit.findings.finding import Check, Finding
 from meshwright.audit.findings.options import Options
-from meshwright.audit.findings.sides import face_handedness
+from meshwright.audit.findings.signs.sides import face_handedness
 from meshwright.audit.findings.zones import census
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.parallel import in_parallel

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces, faces_of_cells
-from meshwright.audit.findings.cuts import block_sizes, cut_faces
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.findings.singular import singular_edges, singular_points
+from meshwright.audit.findings.grids.cuts import block_sizes, cut_faces
+from meshwright.audit.findings.grids.singular import singular_edges, singular_points
 from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh, index_array
 from meshwright.audit.sets import find_parts
 

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from meshwright.audit.bernstein import Point
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.findings.bezier import FLAT, SHELL, SOLID, prove
-from meshwright.audit.findings.bezier_exact import exact_sign, point_of
-from meshwright.audit.findings.bezier_search import (
+from meshwright.audit.findings.bezier.exact import exact_sign, point_of
+from meshwright.audit.findings.bezier.proof import FLAT, SHELL, SOLID, prove
+from meshwright.audit.findings.bezier.search import (
     FIRST_BUDGET,
     INVALID,
     LEVELS,
@@ -24,7 +24,7 @@ from meshwright.audit.findings.bezier_search import (
     cuts,
     search,
 )
-from meshwright.audit.findings.bezier_tables import bends, formula
+from meshwright.audit.findings.bezier.tables import bends, formula
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
 from meshwright.audit.mesh import CellBlock, Ints, Mesh

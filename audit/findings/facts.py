@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from meshwright.audit.connectivity import duplicate_cells, faces, overused_faces
 from meshwright.audit.csr import take
 from meshwright.audit.findings.options import Options
-from meshwright.audit.findings.shapes import Shapes, cell_shapes
-from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides
+from meshwright.audit.findings.signs.shapes import Shapes, cell_shapes
+from meshwright.audit.findings.signs.sides import BOTH, FROM_OWNER, face_sides
 from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh, index_array
 from meshwright.audit.sets import hash_rows
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.collect import collected
-from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
-from meshwright.audit.findings.hull import Hull
-from meshwright.audit.findings.pairs import close_pairs
-from meshwright.audit.findings.touching import MOST
+from meshwright.audit.findings.hulls.collect import collected
+from meshwright.audit.findings.hulls.contacts import mesh_contacts
+from meshwright.audit.findings.hulls.hull import Hull
+from meshwright.audit.findings.hulls.pairs import close_pairs
+from meshwright.audit.findings.hulls.touching import MOST
 from meshwright.audit.mesh import Ints
 from meshwright.audit.places import plain
 

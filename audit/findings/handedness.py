@@ -6,11 +6,11 @@ import numpy as np
 
 from meshwright.audit.connectivity import faces
 from meshwright.audit.connectivity import overused_faces as overused_faces_of
-from meshwright.audit.findings.chains import chains_of
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.findings.shells import mesh_shells
-from meshwright.audit.findings.sides import BOTH, FROM_OWNER, face_sides, left_handed_cells
+from meshwright.audit.findings.hulls.chains import chains_of
+from meshwright.audit.findings.hulls.shells import mesh_shells
+from meshwright.audit.findings.signs.sides import BOTH, FROM_OWNER, face_sides, left_handed_cells
 from meshwright.audit.mesh import NO_CELL, Ints
 from meshwright.audit.orientation import traversed_alike
 

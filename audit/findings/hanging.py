@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from meshwright.audit.connectivity import faces, points_to_cells
-from meshwright.audit.findings.collect import collected
-from meshwright.audit.findings.contacts import Contact, mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
-from meshwright.audit.findings.hull import Hull
-from meshwright.audit.findings.straight import straight_corners, straight_corners_of_polygons
+from meshwright.audit.findings.hulls.collect import collected
+from meshwright.audit.findings.hulls.contacts import Contact, mesh_contacts
+from meshwright.audit.findings.hulls.hull import Hull
+from meshwright.audit.findings.hulls.straight import straight_corners, straight_corners_of_polygons
 from meshwright.audit.mesh import Ints
 
 __all__ = ["ROWS"]

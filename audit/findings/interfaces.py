@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from meshwright.audit.findings.contacts import TIGHT, Contact, mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.findings.hull import Hull
-from meshwright.audit.findings.membership import Membership
-from meshwright.audit.findings.rings import closing_rings
+from meshwright.audit.findings.hulls.contacts import TIGHT, Contact, mesh_contacts
+from meshwright.audit.findings.hulls.hull import Hull
+from meshwright.audit.findings.hulls.membership import Membership
+from meshwright.audit.findings.hulls.rings import closing_rings
 from meshwright.audit.places import plain, text
 
 __all__ = ["INTERFACES", "ROWS"]

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from meshwright.audit.cache import once_per_mesh
-from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.findings.hull import Hull, mesh_hull
-from meshwright.audit.findings.membership import Membership
-from meshwright.audit.findings.sectors import MATCH, PLANAR, Pair, Side, pair_up, pieces, side_of
+from meshwright.audit.findings.hulls.contacts import mesh_contacts
+from meshwright.audit.findings.hulls.hull import Hull, mesh_hull
+from meshwright.audit.findings.hulls.membership import Membership
+from meshwright.audit.findings.hulls.sectors import MATCH, PLANAR, Pair, Side, pair_up, pieces, side_of
 from meshwright.audit.mesh import Mesh, Zone
 from meshwright.audit.places import plain, text
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from meshwright.audit.connectivity import faces, overused_faces
-from meshwright.audit.findings.chains import chains_of
-from meshwright.audit.findings.contacts import mesh_contacts
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, Severity, counted
-from meshwright.audit.findings.shells import Shells, mesh_shells
+from meshwright.audit.findings.hulls.chains import chains_of
+from meshwright.audit.findings.hulls.contacts import mesh_contacts
+from meshwright.audit.findings.hulls.shells import Shells, mesh_shells
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 
 __all__ = ["ROWS"]

@@ -12,8 +12,8 @@ from meshwright.audit.connectivity import faces, used_points
 from meshwright.audit.findings.face_sets import faces_of_zone, wall_zones
 from meshwright.audit.findings.facts import Facts
 from meshwright.audit.findings.finding import Check, Found, counted
-from meshwright.audit.findings.polycells import face_vector
-from meshwright.audit.findings.shapes import FLAT
+from meshwright.audit.findings.signs.polycells import face_vector
+from meshwright.audit.findings.signs.shapes import FLAT
 from meshwright.audit.geometry import bounds
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Zone, index_array

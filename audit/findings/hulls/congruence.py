@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.boxes import boxes_near
+from meshwright.audit.findings.hulls.boxes import boxes_near
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
 

@@ -7,8 +7,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.boxes import box_tree, boxes_near
-from meshwright.audit.findings.collect import collected
+from meshwright.audit.findings.hulls.boxes import box_tree, boxes_near
+from meshwright.audit.findings.hulls.collect import collected
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
-from meshwright.audit.findings.decide import decide_areas, decide_loops, decide_polyhedra, decide_volumes
-from meshwright.audit.findings.polycells import polygons, polyhedra
-from meshwright.audit.findings.tiles import (
+from meshwright.audit.findings.signs.decide import decide_areas, decide_loops, decide_polyhedra, decide_volumes
+from meshwright.audit.findings.signs.polycells import polygons, polyhedra
+from meshwright.audit.findings.signs.tiles import (
     centre_x,
     centre_y,
     centre_z,

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.boxes import Tree, box_tree
-from meshwright.audit.findings.congruence import Motion, best_fit, guesses, nearest
-from meshwright.audit.findings.hull import Hull
+from meshwright.audit.findings.hulls.boxes import Tree, box_tree
+from meshwright.audit.findings.hulls.congruence import Motion, best_fit, guesses, nearest
+from meshwright.audit.findings.hulls.hull import Hull
 from meshwright.audit.mesh import Ints
 from meshwright.audit.sets import find_parts
 

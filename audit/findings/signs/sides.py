@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.connectivity import duplicate_cells, faces
-from meshwright.audit.findings.polycells import face_vector
-from meshwright.audit.findings.shapes import cell_shapes
+from meshwright.audit.findings.signs.polycells import face_vector
+from meshwright.audit.findings.signs.shapes import cell_shapes
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import in_parallel

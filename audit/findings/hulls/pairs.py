@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.boxes import boxes_near
+from meshwright.audit.findings.hulls.boxes import boxes_near
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.doubled import relative_area_of_ring, relative_volume_of_rings
+from meshwright.audit.findings.signs.doubled import relative_area_of_ring, relative_volume_of_rings
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
 

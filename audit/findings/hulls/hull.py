@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.connectivity import cell_components, faces, overused_faces
 from meshwright.audit.csr import invert, take
-from meshwright.audit.findings.boxes import Tree, box_tree
+from meshwright.audit.findings.hulls.boxes import Tree, box_tree
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
 

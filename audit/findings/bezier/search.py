@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.bernstein import indices, split_matrices
-from meshwright.audit.findings.bezier import SHELL, determinants, gather, new_scratch
-from meshwright.audit.findings.bezier_tables import Formula
+from meshwright.audit.findings.bezier.proof import SHELL, determinants, gather, new_scratch
+from meshwright.audit.findings.bezier.tables import Formula
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.shape_functions import DOMAINS, tangents
 
@@ -232,7 +232,7 @@ def search(
     """Judge cells of one type one by one.
 
     nodes (cells, n), sign (cells,).  budget: parts of a cell to look at.  Filled: state (cells,), path (cells, LEVELS),
-    place (cells, 2): length of the path and corner of the part; see `bezier_exact.point_of`.  value (cells,):
+    place (cells, 2): length of the path and corner of the part; see `exact.point_of`.  value (cells,):
     determinant there over the largest absolute coefficient.
     A surface in space that turns away from the normal of its corners is VALID if it has a normal throughout.
     Releases the GIL.

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.csr import take, uniform_offsets
-from meshwright.audit.findings.collect import collected
-from meshwright.audit.findings.hull import Hull, mesh_hull
-from meshwright.audit.findings.overlaps import find_overlaps
-from meshwright.audit.findings.shapes import cell_shapes
-from meshwright.audit.findings.touching import MOST, ROUNDING, TIGHT, compare, find_touches, seeds
+from meshwright.audit.findings.hulls.collect import collected
+from meshwright.audit.findings.hulls.hull import Hull, mesh_hull
+from meshwright.audit.findings.hulls.overlaps import find_overlaps
+from meshwright.audit.findings.hulls.touching import MOST, ROUNDING, TIGHT, compare, find_touches, seeds
+from meshwright.audit.findings.signs.shapes import cell_shapes
 from meshwright.audit.mesh import Ints, Mesh, index_array
 from meshwright.audit.sets import find_parts, hash_rows
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.bezier_tables import Bends, Formula
+from meshwright.audit.findings.bezier.tables import Bends, Formula
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.metrics.tile import SAFE_HIGH, SAFE_LOW, rescale
 

@@ -14,7 +14,7 @@ from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces, nodes_of_cells, overused_faces
 from meshwright.audit.csr import take
-from meshwright.audit.findings.nesting import nesting
+from meshwright.audit.findings.hulls.nesting import nesting
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh, index_array
 from meshwright.audit.orientation import traversed_alike

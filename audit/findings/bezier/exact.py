@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.bernstein import Point, split_matrices
-from meshwright.audit.findings.bezier import SHELL, SOLID
+from meshwright.audit.findings.bezier.proof import SHELL, SOLID
 from meshwright.audit.shape_functions import DOMAINS, tangents
 
 __all__ = ["exact_sign", "point_of"]

@@ -1,0 +1,1 @@
+"""Whether a curved cell is valid, by Bernstein bounds of its Jacobian."""

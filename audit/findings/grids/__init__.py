@@ -1,0 +1,1 @@
+"""Structured blocks: singular edges of a hexahedral mesh and the cuts that run on from them."""

@@ -1,0 +1,1 @@
+"""Size, sign and sides of every cell, decided exactly where plain floats leave them open."""

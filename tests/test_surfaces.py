@@ -83,6 +83,15 @@ def test_a_closed_cube_of_either_kind_of_cell_gives_no_finding_about_its_surface
         assert found(mesh) == {}
 
 
+def test_the_verdict_on_a_closed_cube_tells_its_area_and_volume():
+    for mesh in (surface(CUBE, quad=QUADS), surface(CUBE, tri=triangles(QUADS))):
+        finding = next(f for f in run_checks(mesh) if f.code == "watertight-shells")
+        assert (finding.severity, finding.count) == ("info", mesh.n_cells)
+        assert finding.message == "1 of 1 shell watertight, of area 6, enclosing 1"
+    lidless = surface(CUBE, quad=QUADS[:-1])
+    assert "watertight-shells" not in {f.code for f in run_checks(lidless)}
+
+
 def test_holes_are_separate_loops_listed_with_the_longest_first():
     points, quads = sheet(10, 10)
     keep = np.ones(100, dtype=bool)

@@ -101,6 +101,24 @@ def _gaps(mesh: Mesh, shells: Shells, free: Ints) -> int:
     return int(np.count_nonzero((shells.free > 0) & (largest < _SMALL_HOLE * size)))
 
 
+def watertight_shells(facts: Facts) -> Found | None:
+    """Cells of the shells that are watertight: closed, with two cells at every edge."""
+    mesh = facts.mesh
+    shells = mesh_shells(mesh)
+    good = shells.watertight
+    if not good.any():
+        return None
+    rows = np.flatnonzero(good[shells.shell])
+    n = int(np.count_nonzero(good))
+    known = shells.volume[good & ~np.isnan(shells.volume)]
+    message = f"{n:,} of {counted(len(good), 'shell')} watertight"
+    if len(known) == n:
+        message += f", of area {shells.area[good].sum():.6g}, enclosing {np.abs(known).sum():.6g}"
+    else:
+        message += "; normals must agree before the volume inside is known"
+    return Found(rows, message, detail=shells.table(mesh))
+
+
 def inside_out_shell(facts: Facts) -> Found | None:
     """Cells of watertight shells, not inside another one, whose normals look inward."""
     mesh = facts.mesh
@@ -126,6 +144,10 @@ ROWS = (
         "not-watertight", "info", "Shells that enclose no volume", "edge",
         "normal in a structure of plates; a warning where a shell is closed but for small holes, or the flow is solved",
         not_watertight, ("surface",),
+    ),
+    Check(
+        "watertight-shells", "info", "Shells that enclose a volume", "cell",
+        "nothing is wrong: it is what a surface for a mesher or a printer has to be", watertight_shells, ("surface",),
     ),
     Check(
         "inside-out-shell", "warning", "Closed shells turned inside out", "cell",

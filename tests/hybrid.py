@@ -6,7 +6,8 @@ Loaded with `runpy.run_path` by the tests that need it.
 import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.mesh import CellBlock, Mesh
+from meshwright.audit.connectivity import faces
+from meshwright.audit.mesh import CellBlock, Faces, Mesh
 
 ORDER = ("tet", "pyramid", "wedge", "hex")
 
@@ -76,3 +77,20 @@ def faces_by_brute_force(mesh):
             else:
                 found[key] = [side, row, -1]
     return [tuple(face) for face in found.values()]
+
+
+def with_shuffled_faces(mesh, rng):
+    """(the mesh with its faces in another order, some told from the other side; the rows of the old order)."""
+    table = faces(mesh)
+    order = rng.permutation(len(table))
+    loops, owner, neighbour = [], [], []
+    for f in order.tolist():
+        loop = np.roll(table.nodes[table.offsets[f] : table.offsets[f + 1]], rng.integers(9))
+        a, b = int(table.owner[f]), int(table.neighbour[f])
+        if b >= 0 and rng.random() < 0.5:
+            a, b, loop = b, a, loop[::-1]
+        loops.append(loop)
+        owner.append(a)
+        neighbour.append(b)
+    shuffled = Faces(np.cumsum([0, *map(len, loops)]), np.concatenate(loops), owner, neighbour)
+    return Mesh(mesh.points, mesh.blocks, faces=shuffled), order

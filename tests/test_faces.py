@@ -18,7 +18,8 @@ from meshwright.audit.metrics import METRICS
 from meshwright.audit.readers import read
 
 HERE = Path(__file__).parent
-hybrid_mesh = runpy.run_path(str(HERE / "hybrid.py"))["hybrid_mesh"]
+_HYBRID = runpy.run_path(str(HERE / "hybrid.py"))
+hybrid_mesh, with_shuffled_faces = _HYBRID["hybrid_mesh"], _HYBRID["with_shuffled_faces"]
 
 IDS = tuple(id_ for id_, row in METRICS.items() if row.entity == "face")
 POWER = {"L": 1, "L2": 2, "L3": 3}
@@ -408,19 +409,8 @@ def test_translation_by_ten_thousand_changes_no_bit(seed, where):
 def test_order_first_nodes_and_owners_of_faces_change_nothing(seed):
     rng = np.random.default_rng(seed)
     mesh = mixed(seed % 4)
-    table = faces(mesh)
-    order = rng.permutation(len(table))
-    loops, owner, neighbour = [], [], []
-    for f in order.tolist():
-        loop = np.roll(table.nodes[table.offsets[f] : table.offsets[f + 1]], rng.integers(9))
-        a, b = int(table.owner[f]), int(table.neighbour[f])
-        if b >= 0 and rng.random() < 0.5:
-            a, b, loop = b, a, loop[::-1]
-        loops.append(loop)
-        owner.append(a)
-        neighbour.append(b)
-    shuffled = Faces(np.cumsum([0, *map(len, loops)]), np.concatenate(loops), owner, neighbour)
-    here, there = values(mesh), values(Mesh(mesh.points, mesh.blocks, faces=shuffled))
+    shuffled, order = with_shuffled_faces(mesh, rng)
+    here, there = values(mesh), values(shuffled)
     for id_, column in here.items():
         np.testing.assert_allclose(there[id_], column[order], rtol=1e-9, atol=1e-9, err_msg=id_)
 

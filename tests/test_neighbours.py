@@ -14,12 +14,13 @@ from scipy.spatial.transform import Rotation
 from meshwright.audit.connectivity import faces, faces_of_cells
 from meshwright.audit.geometry import cell_geometry, face_geometry
 from meshwright.audit.measurement import measure
-from meshwright.audit.mesh import CellBlock, Faces, Mesh
+from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.readers import read
 
 HERE = Path(__file__).parent
-hybrid_mesh = runpy.run_path(str(HERE / "hybrid.py"))["hybrid_mesh"]
+_HYBRID = runpy.run_path(str(HERE / "hybrid.py"))
+hybrid_mesh, with_shuffled_faces = _HYBRID["hybrid_mesh"], _HYBRID["with_shuffled_faces"]
 
 OQ, ICEM, RATIO, DET = (
     "fluent.orthogonal_quality", "icem.orthogonal_quality", "max_neighbour_volume_ratio", "openfoam.determinant",
@@ -271,18 +272,8 @@ def test_translation_by_ten_thousand_changes_no_bit(seed, where):
 def test_order_and_owners_of_faces_change_nothing(seed):
     rng = np.random.default_rng(seed)
     mesh = hybrid_mesh(seed % 4, n=3, jitter=0.2)
-    table = faces(mesh)
-    loops, owner, neighbour = [], [], []
-    for f in rng.permutation(len(table)).tolist():
-        loop = np.roll(table.nodes[table.offsets[f] : table.offsets[f + 1]], rng.integers(9))
-        a, b = int(table.owner[f]), int(table.neighbour[f])
-        if b >= 0 and rng.random() < 0.5:
-            a, b, loop = b, a, loop[::-1]
-        loops.append(loop)
-        owner.append(a)
-        neighbour.append(b)
-    shuffled = Faces(np.cumsum([0, *map(len, loops)]), np.concatenate(loops), owner, neighbour)
-    here, there = values(mesh), values(Mesh(mesh.points, mesh.blocks, faces=shuffled))
+    shuffled, _ = with_shuffled_faces(mesh, rng)
+    here, there = values(mesh), values(shuffled)
     for id_, column in here.items():
         np.testing.assert_allclose(there[id_], column, rtol=1e-9, atol=1e-12, err_msg=id_)
 

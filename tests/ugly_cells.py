@@ -56,9 +56,9 @@ def adversarial_cells(name, n, seed=0):
     kinds.append(base[:, rng.permutation(k)])  # corners in another order
     kinds.append(base * 10.0 ** rng.uniform(-100, 100, (per, 1, 1)))  # of any size
     kinds.append(base + 1e9 * rng.uniform(-1, 1, (per, 1, 3)))  # far from the origin
-    line = base * (1, 0, 0) if rng.random() < 2 else base
-    line[: per // 3] = line[: per // 3, :1]  # a third of them a single point
-    kinds.append(line)  # on one line
+    line = base * (1, 0, 0)
+    line[: per // 3] = line[: per // 3, :1]
+    kinds.append(line)  # on one line, a third of them in a single point
     return np.concatenate(kinds)[:n]
 
 

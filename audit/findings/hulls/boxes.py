@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["LEAF", "Tree", "box_tree", "boxes_near"]
+__all__ = ["LEAF", "Tree", "box_tree", "boxes_around", "boxes_near"]
 
 LEAF = 8
 
@@ -122,3 +122,19 @@ def boxes_near(boxes: Floats, nodes: Floats, box: Floats, out: Ints) -> int:
         if k == 0:
             return found
         k += 1
+
+
+@inner
+def boxes_around(boxes: Floats, heap: Floats, point: Floats, margin: float, near: Ints) -> tuple[Ints, int]:
+    """(places in the order of the tree, how many) of the boxes within `margin` of a point along every axis.
+
+    near: room to use; more is made where it does not hold them.
+    """
+    box = np.empty(6)
+    for d in range(3):
+        box[d], box[3 + d] = point[d] - margin, point[d] + margin
+    count = boxes_near(boxes, heap, box, near)
+    if count > near.size:
+        near = np.empty(2 * count, np.int32)
+        count = boxes_near(boxes, heap, box, near)
+    return near, count

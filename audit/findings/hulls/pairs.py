@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.hulls.boxes import boxes_near
+from meshwright.audit.findings.hulls.boxes import boxes_around
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
@@ -62,18 +62,12 @@ def close_pairs(
     """
     n = 0
     near = np.empty(256, np.int32)
-    box = np.empty(6)
     for i in range(order.size):
         p = order[i]
         if not reach[p] < np.inf:
             continue
         margin = most * reach[p]
-        for d in range(3):
-            box[d], box[3 + d] = x[p, d] - margin, x[p, d] + margin
-        count = boxes_near(boxes, heap, box, near)
-        if count > near.size:
-            near = np.empty(2 * count, np.int32)
-            count = boxes_near(boxes, heap, box, near)
+        near, count = boxes_around(boxes, heap, x[p], margin, near)
         for k in range(count):
             q = order[near[k]]
             if q == p:

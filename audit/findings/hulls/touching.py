@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meshwright.audit.findings.hulls.boxes import boxes_near
+from meshwright.audit.findings.hulls.boxes import boxes_around
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
@@ -111,17 +111,10 @@ def find_touches(
     """
     n = 0
     near = np.empty(256, np.int32)
-    box = np.empty(6)
     for p in visit:
         if not reach[p] < np.inf:
             continue
-        margin = most * reach[p]
-        for d in range(3):
-            box[d], box[3 + d] = x[p, d] - margin, x[p, d] + margin
-        count = boxes_near(boxes, heap, box, near)
-        if count > near.size:
-            near = np.empty(2 * count, np.int32)
-            count = boxes_near(boxes, heap, box, near)
+        near, count = boxes_around(boxes, heap, x[p], most * reach[p], near)
         for i in range(count):
             g = order[near[i]]
             if _has(nodes, offsets[g], offsets[g + 1], p):

@@ -27,6 +27,7 @@ from meshwright.audit.findings.signs.tiles import (
 )
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
+from meshwright.audit.metrics.aspect import FLAT
 from meshwright.audit.metrics.stages import centres as centre_stage
 from meshwright.audit.metrics.stages import edges as edge_stage
 from meshwright.audit.metrics.stages import faces as face_stage
@@ -36,9 +37,6 @@ from meshwright.audit.metrics.tile import LANES, Kernel, plan, prepare, run_kern
 from meshwright.audit.parallel import in_parallel
 
 __all__ = ["FLAT", "Shapes", "cell_shapes"]
-
-FLAT = 1e-14
-"""A cell with less than this of the volume Lmax**3 (area Lmax**2) has none."""
 
 _UNSURE = 2e-12
 """Relative volumes above this have the right sign in plain floats.

@@ -17,9 +17,10 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import UsageError, printable
 from meshwright.audit.findings import Finding
 from meshwright.audit.fingerprint import fingerprint
+from meshwright.audit.histograms import count_into, histogram_for
 from meshwright.audit.measurement import Measured, clamp
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.metrics import METRICS
+from meshwright.audit.metrics import METRICS, Metric
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.places import Places, plain, text
 from meshwright.audit.profiles.evaluate import evaluate
@@ -29,6 +30,7 @@ from meshwright.audit.profiles.rule import Judgement
 from meshwright.audit.run import Audit
 from meshwright.audit.statistics import PERCENTILES, degenerate, statistics, worst_first
 from meshwright.audit.tables import BINNINGS, GAMBIT_CLASSES, MEAN_HINTS, Tables, tabulate
+from meshwright.audit.zone_rows import ZoneRows
 
 __all__ = ["SCHEMA", "Summary", "cells_of_zones", "summarise"]
 
@@ -38,6 +40,8 @@ Summary = dict[str, Any]
 _MOST_IDS = 100
 
 Mask = NDArray[np.bool_]
+Rows = NDArray[np.intp]
+Floats = NDArray[np.float64]
 
 
 def summarise(
@@ -67,7 +71,7 @@ def summarise(
         partial(tabulate, measured, chosen),
         partial(_metrics, measured, audit.chosen, chosen, worst),
     )
-    tables, metrics = in_parallel(lambda part: part(), work)
+    tables, counted = in_parallel(lambda part: part(), work)
     if sha256 is None and mesh.path:
         sha256 = fingerprint(mesh.path)
     findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]
@@ -83,11 +87,11 @@ def summarise(
         ],
         "selection": None if chosen is None else {"zone": zone, "cells": int(np.count_nonzero(chosen))},
         **_table_keys(tables, mesh, 0),
-        "metrics": metrics,
+        **counted,
         "definitions": {key: _definition(key) for key in audit.chosen},
         "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
         "findings": findings,
-        "gate": _gate(mesh, tables, metrics, findings, judgements),
+        "gate": _gate(mesh, tables, counted["metrics"], findings, judgements),
         "notes": [text(note) for note in mesh.notes],
     }
     if compare:
@@ -99,7 +103,7 @@ def summarise(
         document["surface"] = {
             "cells": shell.mesh.counts,
             **_table_keys(tabulate(shell), shell.mesh, 0),
-            "metrics": _metrics(shell, audit.chosen, None, worst),
+            **_metrics(shell, audit.chosen, None, worst),
         }
     return document
 
@@ -196,39 +200,58 @@ def _definition(key: str) -> dict[str, Any]:
 
 
 def _metrics(measured: Measured, ids: tuple[str, ...], chosen: Mask | None, n_worst: int) -> dict[str, Any]:
+    """The keys "metrics", "histograms" and "zone_metrics"."""
     mesh = measured.mesh
     places = Places(mesh, chosen)
-
-    def figures_of(pair: tuple[str, str]) -> dict[str, Any]:
-        id_, key = pair
-        metric, raw = METRICS[id_], measured.values[id_][key]
-        rows = places.chosen(key, measured.domain(id_, key))
-        values = clamp(metric, raw if rows is None else raw[rows])
-        broken = degenerate(mesh, metric, key, values, rows)
-        figures = statistics(values, broken)
-        listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
-        listed_rows = listed if rows is None else rows[listed]
-        return {
-            "count": figures.count,
-            "undefined": figures.undefined,
-            "degenerate": figures.degenerate,
-            "min": plain(figures.min),
-            "max": plain(figures.max),
-            "mean": plain(figures.mean),
-            **{f"p{p}": plain(v) for p, v in zip(PERCENTILES, figures.percentiles, strict=True)},
-            "worst": [
-                places.describe(key, row, plain(float(values[at])))
-                for row, at in zip(listed_rows.tolist(), listed.tolist(), strict=True)
-            ],
-        }
-
+    zones = ZoneRows(mesh, chosen)
     present = [b.type for b in mesh.blocks if len(b) and (chosen is None or chosen[b.rows].any())]
     keys = (*present, "face", "point")
-    pairs = [(id_, key) for id_ in ids for key in keys if key in measured.values[id_]]
-    found: dict[str, Any] = {id_: {} for id_ in ids}
-    for (id_, key), figures in zip(pairs, in_parallel(figures_of, pairs), strict=True):
-        found[id_][key] = figures
-    return found
+
+    def of_metric(id_: str) -> tuple[dict[str, Any], dict[str, Any], list[dict[str, Any]]]:
+        metric = METRICS[id_]
+        figures, values = {}, {}
+        tally = zones.tally(metric)
+        for key in keys:
+            if key not in measured.values[id_]:
+                continue
+            raw, rows = measured.values[id_][key], places.chosen(key, measured.domain(id_, key))
+            values[key] = clamp(metric, raw if rows is None else raw[rows])
+            broken = degenerate(mesh, metric, key, values[key], rows)
+            figures[key] = _figures(places, metric, key, values[key], rows, broken, n_worst)
+            tally.add(key, values[key], broken)
+        ends = [float(f[end]) for f in figures.values() if f["count"] for end in ("min", "max")]
+        bins = histogram_for(metric, min(ends, default=math.nan), max(ends, default=math.nan))
+        counts = {key: count_into(bins.edges, found) for key, found in values.items()}
+        return figures, bins.as_json(counts), tally.as_json()
+
+    found = dict(zip(ids, in_parallel(of_metric, ids), strict=True))
+    return {
+        "metrics": {id_: figures for id_, (figures, _, _) in found.items()},
+        "histograms": {id_: bins for id_, (_, bins, _) in found.items()},
+        "zone_metrics": {id_: table for id_, (_, _, table) in found.items() if METRICS[id_].entity == "cell"},
+    }
+
+
+def _figures(
+    places: Places, metric: Metric, key: str, values: Floats, rows: Rows | None, broken: Mask | None, n_worst: int
+) -> dict[str, Any]:
+    """What "metrics" holds about a metric on the cells of one type, on faces or on points."""
+    found = statistics(values, broken)
+    listed = worst_first(values, n_worst, high_is_worse=metric.worst_is_high)
+    listed_rows = listed if rows is None else rows[listed]
+    return {
+        "count": found.count,
+        "undefined": found.undefined,
+        "degenerate": found.degenerate,
+        "min": plain(found.min),
+        "max": plain(found.max),
+        "mean": plain(found.mean),
+        **{f"p{p}": plain(v) for p, v in zip(PERCENTILES, found.percentiles, strict=True)},
+        "worst": [
+            places.describe(key, row, plain(float(values[at])))
+            for row, at in zip(listed_rows.tolist(), listed.tolist(), strict=True)
+        ],
+    }
 
 
 def _touches(finding: Finding, chosen: Mask) -> bool:

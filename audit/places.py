@@ -54,11 +54,18 @@ class Places:
     """The entities that a summary counts, by the keys of `Measured.values`: cell types, "face", "point".
 
     chosen: (n_cells,) the cells to count, with the faces and points around them; None for all.
+    sides: (f,) the faces to count in place of all those around the cells.
     """
 
-    def __init__(self, mesh: Mesh, chosen: Mask | None) -> None:
+    def __init__(self, mesh: Mesh, chosen: Mask | None, sides: Mask | None = None) -> None:
         self._mesh = mesh
         self._cells = chosen
+        self._sides = sides
+
+    def without(self, cells: Mask) -> Places:
+        """The same, but for these (n_cells,) cells."""
+        keep = ~cells if self._cells is None else self._cells & ~cells
+        return Places(self._mesh, keep, self._sides)
 
     def chosen(self, key: str, domain: Rows | None) -> Rows | None:
         """Rows of the values to count: those of the domain around chosen cells; None for all."""
@@ -103,7 +110,7 @@ class Places:
         found, chosen = faces(self._mesh), self._cells
         assert chosen is not None  # noqa: S101 - `_mask` has seen to it
         mask: Mask = chosen[found.owner] | ((found.neighbour != NO_CELL) & chosen[found.neighbour])
-        return mask
+        return mask if self._sides is None else mask & self._sides
 
     @cached_property
     def _point_mask(self) -> Mask:

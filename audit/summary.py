@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import fnmatch
 import math
 from collections.abc import Callable, Sequence
@@ -23,8 +24,9 @@ from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS, Metric
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.places import Places, plain, text
+from meshwright.audit.profiles.baseline import Baseline
 from meshwright.audit.profiles.evaluate import evaluate
-from meshwright.audit.profiles.model import Profile
+from meshwright.audit.profiles.model import Preset, Profile
 from meshwright.audit.profiles.rosetta import rosetta
 from meshwright.audit.profiles.rule import Judgement
 from meshwright.audit.run import Audit
@@ -52,13 +54,16 @@ def summarise(
     sha256: str | None = None,
     profiles: Sequence[Profile] = (),
     compare: Sequence[Profile] = (),
+    baseline: Baseline | None = None,
+    today: dt.date | None = None,
 ) -> Summary:
     """The document of an audit, ready for `json.dumps`: inf and nan are strings, values clamped to their range.
 
     zone: count only the cells of cell zones whose name matches this pattern (`*`, `?`, `[...]`); UsageError when
     none does. Findings about points, faces and edges stay those of the whole mesh.  worst: length of the lists of
     worst cells.  sha256: of the file; computed from `mesh.path` when None.  profiles: whose limits the mesh has to
-    keep.  compare: profiles to set side by side under "rosetta"; they do not count for the verdict.
+    keep.  compare: profiles to set side by side under "rosetta"; they do not count for the verdict.  baseline: an
+    earlier audit, for rules that allow nothing worse.  today: by which waivers expire, the present day when None.
 
     The verdict (`gate`): "incomplete" when a coordinate is not finite; else "fail" when a check reports an error or a
     rule fails; else "incomplete" when no chosen metric is defined for the type of some cell, a rule cannot be decided,
@@ -76,7 +81,10 @@ def summarise(
         sha256 = fingerprint(mesh.path)
     findings = [_finding(mesh, f) for f in audit.findings if chosen is None or _touches(f, chosen)]
     counts = {finding["code"]: finding["count"] for finding in findings}
-    judgements = [evaluate(measured, profile, counts, chosen) for profile in profiles]
+    judgements = [
+        evaluate(measured, profile, counts, chosen, selection=zone, baseline=baseline, today=today)
+        for profile in profiles
+    ]
     document: Summary = {
         "schema": SCHEMA,
         "version": version("meshwright"),
@@ -91,7 +99,7 @@ def summarise(
         "definitions": {key: _definition(key) for key in audit.chosen},
         "zone_tables": [_zone_table(tables, mesh, g) for g in range(1, len(tables.groups))],
         "findings": findings,
-        "gate": _gate(mesh, tables, counted["metrics"], findings, judgements),
+        "gate": _gate(mesh, tables, counted["metrics"], findings, judgements, baseline),
         "notes": [text(note) for note in mesh.notes],
     }
     if compare:
@@ -278,6 +286,7 @@ def _gate(
     metrics: dict[str, Any],
     findings: list[dict[str, Any]],
     judgements: Sequence[Judgement],
+    baseline: Baseline | None,
 ) -> dict[str, Any]:
     """The verdict: of the findings, of what could not be measured, and of the rules of all profiles."""
     unmeasured = []
@@ -295,7 +304,7 @@ def _gate(
         if not judgement.rules:
             unmeasured.append(f"no limit of {text(judgement.profile.name)} applies to this mesh")
         unmeasured += [
-            f"{text(rule.limit.name)} is not decided: {rule.reason}"
+            f"{text(rule.limit.name)} is not decided: {text(rule.reason)}"
             for rule in judgement.rules
             if rule.state == "incomplete"
         ]
@@ -325,4 +334,29 @@ def _gate(
         ],
         "dialect": None if dialect is None else asdict(dialect),
         "notes": [text(note) for p in profiles for note in p.notes],
+        "presets": [asdict(preset) for preset in _presets(profiles)],
+        "baseline": None if baseline is None else _baseline(baseline),
+        "waivers": [
+            {"rule": w.rule, "zone": text(w.zone) or None, "reason": text(w.reason), "until": w.until.isoformat()}
+            for p in profiles
+            for w in p.waivers
+        ],
+    }
+
+
+def _presets(profiles: Sequence[Profile]) -> list[Preset]:
+    """The editions of the program's own profiles that were judged by."""
+    found = [p for profile in profiles for p in profile.presets]
+    found += [Preset(p.name, p.version, p.sha256) for p in profiles if p.sha256 and not p.presets]
+    return list(dict.fromkeys(found))
+
+
+def _baseline(baseline: Baseline) -> dict[str, Any]:
+    document = baseline.document
+    return {
+        "path": text(baseline.path),
+        "sha256": baseline.sha256 or None,
+        "version": None if document is None else document["version"],
+        "mesh": None if document is None else text(str(document["mesh"]["path"])),
+        "trouble": text(baseline.trouble),
     }

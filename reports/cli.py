@@ -20,6 +20,7 @@ COMMANDS = {
     "table": "meshwright.reports.cmd_table",
     "explain": "meshwright.reports.cmd_explain",
     "profiles": "meshwright.reports.cmd_profiles",
+    "gate": "meshwright.reports.cmd_gate",
     "formats": "meshwright.reports.cmd_formats",
 }
 """Module of each command; it holds a click command called `command` and imports no more than click."""

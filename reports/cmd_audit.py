@@ -22,9 +22,22 @@ FORMATS = ("text", "json", "md", "csv")
 @click.option(
     "--gate",
     metavar="FILE",
-    help="Judge by the limits of a file: an OpenFOAM meshQualityDict, HyperMesh criteria, or TOML as "
-    "`meshwright profiles export` writes it.",
+    help="Judge by the rules of a gate file (`meshwright gate init` writes one), preset:NAME, an OpenFOAM "
+    "meshQualityDict, HyperMesh criteria, or TOML as `meshwright profiles export` writes it.",
 )
+@click.option(
+    "--baseline",
+    metavar="FILE|NAME",
+    help="An earlier audit to hold this one against: JSON, an HTML report, or a name of `meshwright baseline save`.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(("fail", "warn")),
+    default="fail",
+    show_default=True,
+    help="The verdict from which on the exit status is 1.",
+)
+@click.option("--exit-zero", is_flag=True, help="Exit with 0 for a failure too; with 3 for what could not be checked.")
 @click.option(
     "--metrics", default="default", metavar="default|all|ID,ID", help="What to measure, beside what limits need."
 )
@@ -68,8 +81,9 @@ def command(ctx: click.Context, /, **options: Any) -> None:
     line each and the worst exit status of them all.
 
     Exit status: 0 pass or warn; 1 a check reports an error or a rule of --profile or --gate fails; 2 wrong usage, a
-    mistake in a file of limits included; 3 a mesh could not be read, or a rule not be decided. A value that equals a
-    limit passes; `meshwright profiles show NAME` lists limits with their sources.
+    mistake in a file of limits included; 3 a mesh or a baseline could not be read, or a rule not be decided. A value
+    that equals a limit passes; `meshwright profiles show NAME` lists limits with their sources, `meshwright gate check
+    FILE` the rules of a gate file.
 
     \b
     --sizes:  [[region]]          name = "wake"    size = 0.5

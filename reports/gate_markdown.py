@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from meshwright.reports.limits import (
+    baseline_text,
     beside,
     beyond_text,
     measured_text,
+    on_text,
     rule_limit,
+    state_text,
     verdict_words,
     worst_text,
 )
@@ -30,13 +33,15 @@ def gate_sections(gate: dict[str, Any]) -> Iterator[str]:
         return
     file = Path(gate["file"]).name if gate["file"] else None
     yield f"### Gate {' and '.join(markdown(x) for x in (gate['profile'], file) if x)}"
+    based = any(rule["baseline"] is not None for rule in gate["rules"])
     rows = [
         (
-            f"**{rule['state']}**" if rule["state"] != "pass" else "pass",
+            f"**{state_text(rule)}**" if rule["state"] != "pass" else "pass",
             markdown(rule["name"]),
-            markdown(rule["on"]),
+            markdown(on_text(rule)),
             markdown(rule_limit(rule)),
             markdown(measured_text(rule)),
+            *((markdown(baseline_text(rule)) if rule["baseline"] is not None else "",) if based else ()),
             markdown(beyond_text(rule)),
             markdown(worst_text(rule["worst"], gate["dialect"]), none="") if rule["worst"] else "",
             markdown(rule["source"], 300) + ("" if rule["verified"] else " (unverified)") if rule["source"] else "",
@@ -44,7 +49,11 @@ def gate_sections(gate: dict[str, Any]) -> Iterator[str]:
         for rule in gate["rules"]
     ]
     if rows:
-        yield _table(("State", "Rule", "On", "Limit", "Measured", "Beyond", "Worst", "Source"), rows)
+        header = ("State", "Rule", "On", "Limit", "Measured", *(("Baseline",) if based else ()))
+        yield _table((*header, "Beyond", "Worst", "Source"), rows)
+    for rule in gate["rules"]:
+        if rule["reason"] and rule["state"] != "incomplete":
+            yield f"`{rule['id'].replace('`', '')}`: {markdown(rule['reason'], 300)}"
     if gate["not_applicable"]:
         yield "Not applicable to this mesh: " + ", ".join(f"`{entry['id']}`" for entry in gate["not_applicable"])
 

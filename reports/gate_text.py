@@ -13,9 +13,11 @@ from rich.text import Text
 from meshwright.reports.layout import Column, Grid
 from meshwright.reports.limits import (
     Sources,
+    baseline_text,
     beside,
     beyond_text,
     measured_text,
+    on_text,
     rule_limit,
     verdict_words,
     worst_text,
@@ -25,7 +27,14 @@ from meshwright.reports.wording import figure, name, number, plural
 
 __all__ = ["STYLES", "gate_tables", "rosetta_tables"]
 
-STYLES = {"pass": "green", "warn": "yellow", "fail": "bold red", "incomplete": "magenta"}
+STYLES = {
+    "pass": "green",
+    "info": "cyan",
+    "waived": "cyan",
+    "warn": "yellow",
+    "fail": "bold red",
+    "incomplete": "magenta",
+}
 _MOST_SKIPPED = 6
 
 
@@ -37,8 +46,10 @@ def gate_tables(gate: dict[str, Any]) -> Iterator[RenderableType]:
     title = " and ".join(name(x, 40) for x in (gate["profile"], file) if x)
     yield section(f"Gate {title}", "a value that equals its limit passes, but for < and >")
     sources = Sources()
+    based = any(rule["baseline"] is not None for rule in gate["rules"])
     columns = (
         *(Column("state"), Column("rule", cut=True), Column("on", cut=True), Column("limit"), Column("measured", "r")),
+        *((Column("baseline", "r"),) if based else ()),
         *(Column("beyond", "r"), Column("worst", cut=True, optional=1), Column("source")),
     )
     grid = Grid(columns, gap=1)
@@ -46,14 +57,20 @@ def gate_tables(gate: dict[str, Any]) -> Iterator[RenderableType]:
         grid.add(
             Text(rule["state"], style=STYLES[rule["state"]]),
             name(rule["name"], 60),
-            rule["on"],
+            name(on_text(rule), 80),
             rule_limit(rule),
             measured_text(rule),
+            *((baseline_text(rule),) if based else ()),
             beyond_text(rule),
-            worst_text(rule["worst"], gate["dialect"]) if rule["state"] in ("warn", "fail") else "",
+            worst_text(rule["worst"], gate["dialect"]) if rule["state"] not in ("pass", "incomplete") else "",
             sources.cite(name(rule["source"], 200), rule["verified"]) if rule["source"] else "-",
         )
     yield grid
+    for rule in gate["rules"]:
+        if rule["reason"] and rule["state"] != "incomplete":
+            yield _small(f"{name(rule['id'], 80)}: {name(rule['reason'], 200)}{_until(rule)}")
+    if gate["baseline"] and gate["baseline"]["sha256"]:
+        yield _small(f"baseline: {name(gate['baseline']['path'], 80)}, version {name(gate['baseline']['version'], 20)}")
     for n, source, verified in sources:
         yield _small(f"{n}  {source}{'' if verified else ' (unverified)'}")
     skipped = gate["not_applicable"]
@@ -63,6 +80,11 @@ def gate_tables(gate: dict[str, Any]) -> Iterator[RenderableType]:
         yield _small(f"not applicable to this mesh: {ids}{more}")
     for note in gate["notes"]:
         yield _small(name(note, 300))
+
+
+def _until(rule: dict[str, Any]) -> str:
+    waiver = rule["waiver"]
+    return f" (waived until {waiver['until']})" if waiver and not waiver["expired"] else ""
 
 
 def _small(text: str) -> RenderableType:

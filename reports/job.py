@@ -58,12 +58,15 @@ class Job:
     unit: str | None = None
     feature_angle: float = 10.0
     sizes: str | None = None
+    baseline: str | None = None
+    fail_on: str = "fail"
+    exit_zero: bool = False
 
 
 def run_audit(job: Job) -> int:
     """Audit all meshes and write all outputs; the exit status."""
     batch = _run(job, Page())
-    return exit_status(batch)
+    return exit_status(batch, fail_on=job.fail_on, exit_zero=job.exit_zero)
 
 
 def run_table(job: Job, *, by_zone: bool) -> int:
@@ -154,6 +157,7 @@ def _one(job: Job, plan: Plan, path: str) -> Summary:
             sha256=digest.result(),
             profiles=plan.profiles,
             compare=plan.compare,
+            baseline=plan.baseline,
         )
         if job.cells is not None:
             from meshwright.reports.cells import write_cells  # noqa: PLC0415 - loads pyarrow

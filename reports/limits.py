@@ -12,12 +12,16 @@ from meshwright.reports.wording import figure, name, number, percent, plural
 
 __all__ = [
     "Sources",
+    "baseline_text",
     "beside",
     "beyond_text",
     "bound",
     "limit_text",
     "measured_text",
+    "no_worse_text",
+    "on_text",
     "rule_limit",
+    "state_text",
     "verdict_words",
     "worst_text",
     "zone_word",
@@ -77,8 +81,8 @@ def bound(limit: float | None, sense: str, *, inclusive: bool = False) -> str:
 def _of_stat(text: str, stat: str, beyond: float | None, bad: str) -> str:
     if not text:
         return ""
-    if stat == "mean":
-        return f"mean {text}"
+    if stat in ("mean", "undefined") or stat.startswith("p"):
+        return f"{stat} {text}"
     if beyond is None:
         return f"{stat} {text}" if stat in ("share", "count") else text
     return f"{stat} {'>' if bad == 'above' else '<'} {_plain(beyond)}: {text}"
@@ -87,7 +91,41 @@ def _of_stat(text: str, stat: str, beyond: float | None, bad: str) -> str:
 def rule_limit(rule: dict[str, Any]) -> str:
     """The limit of a rule of the document, as what a good mesh keeps to."""
     text = bound(rule["limit"], rule["sense"], inclusive=rule["inclusive"])
-    return _of_stat(text, rule["stat"], rule["value_beyond"], rule["value_sense"]) or "-"
+    text = _of_stat(text, rule["stat"], rule["value_beyond"], rule["value_sense"])
+    allowed = rule.get("no_worse")
+    if allowed is None:
+        return text or "-"
+    return f"{text}, {no_worse_text(allowed)}" if text else no_worse_text(allowed)
+
+
+def no_worse_text(allowed: dict[str, float]) -> str:
+    """'no worse', 'at most 0.001 worse'."""
+    parts = [f"{_plain(allowed['abs'])}"] if allowed["abs"] else []
+    parts += [f"{_plain(100 * allowed['rel'])} %"] if allowed["rel"] else []
+    return f"at most {' or '.join(parts)} worse" if parts else "no worse"
+
+
+def on_text(rule: dict[str, Any]) -> str:
+    """What a rule is on: 'tet, zone fluid*', 'all in gap'."""
+    parts = [rule["on"] if rule["on"] != "all" or not rule.get("where") else "", rule.get("where", "")]
+    text = ", ".join(part for part in parts if part)
+    zone = rule.get("zone")
+    return f"{text} in {name(zone, 60)}" if zone else text
+
+
+def state_text(rule: dict[str, Any]) -> str:
+    """The state, and until when a waived one is."""
+    waiver = rule.get("waiver")
+    return f"waived until {waiver['until']}" if rule["state"] == "waived" and waiver else str(rule["state"])
+
+
+def baseline_text(rule: dict[str, Any]) -> str:
+    """The figure of the baseline, "" where there is none."""
+    if rule.get("baseline") is None:
+        return ""
+    if rule["stat"] in ("count", "undefined"):
+        return f"{number(rule['baseline']):.0f}"
+    return beside(rule["baseline"], rule["measured"], rule["unit"])
 
 
 def limit_text(limit: Limit, best: str) -> tuple[str, str]:
@@ -104,7 +142,7 @@ def measured_text(rule: dict[str, Any]) -> str:
     """The figure of a rule; a share in percent where that says enough."""
     if rule["measured"] is None:
         return "-"
-    if rule["stat"] == "count":
+    if rule["stat"] in ("count", "undefined"):
         return f"{number(rule['measured']):.0f}"
     return beside(rule["measured"], rule["limit"], rule["unit"])
 

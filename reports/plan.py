@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from meshwright.audit.findings.options import Options
 from meshwright.audit.metrics import METRICS, select
+from meshwright.audit.profiles.baseline import Baseline
 from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.profiles.loading import PROFILES, load
 from meshwright.audit.profiles.model import Profile
 from meshwright.audit.profiles.rosetta import families
+from meshwright.reports.baselines import baseline_of
 from meshwright.reports.sizes import millimetres, read_sizes
 
 if TYPE_CHECKING:
@@ -26,7 +28,7 @@ ALL = "all"
 class Plan:
     """metrics: ids to measure and to show, with commas.  also: ids to measure beside them.  options: for the checks.
 
-    profiles: whose limits the mesh has to keep.  compare: profiles set side by side.
+    profiles: whose limits the mesh has to keep.  compare: profiles set side by side.  baseline: None for none.
     """
 
     metrics: str
@@ -34,6 +36,7 @@ class Plan:
     options: Options
     profiles: tuple[Profile, ...]
     compare: tuple[Profile, ...]
+    baseline: Baseline | None = None
 
 
 def make_plan(job: Job) -> Plan:
@@ -57,4 +60,6 @@ def make_plan(job: Job) -> Plan:
     # what OpenFOAM's limits alone ask for is no metric and measured with its rule
     shown = dict.fromkeys(id_ for id_ in (*chosen, *needed) if id_ in METRICS)
     beside = dict.fromkeys(id_ for id_ in also if id_ in METRICS)
-    return Plan(",".join(shown), tuple(beside), options, tuple(profiles), compare)
+    reference = job.baseline or next((p.baseline for p in profiles if p.baseline), "")
+    baseline = baseline_of(reference) if reference else None
+    return Plan(",".join(shown), tuple(beside), options, tuple(profiles), compare, baseline)

@@ -51,8 +51,11 @@ def show_profile(name: str, output: str) -> str:
     profile = read_profile(name)
     if output == "json":
         document = {"schema": SCHEMA, **asdict(profile)}
-        for key in ("file", "notes", "unmeasurable"):
+        for key in ("file", "notes", "unmeasurable", "waivers", "presets", "baseline"):
             del document[key]  # of files of limits alone
+        for limit in document["limits"]:
+            for key in ("where", "each", "no_worse", "on_missing", "on_no_match", "own", "severity", "scale", "side"):
+                del limit[key]  # of gate files alone
         return json.dumps(document, indent=2, ensure_ascii=False) + "\n"
     return page_text(_page(profile), page_width(), colour=wants_colour())
 

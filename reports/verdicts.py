@@ -9,7 +9,6 @@ __all__ = ["EXIT_INCOMPLETE", "EXIT_USAGE", "exit_status", "worst_verdict"]
 EXIT_USAGE = 2
 EXIT_INCOMPLETE = 3
 
-_STATUS = {"pass": 0, "warn": 0, "fail": 1, "incomplete": EXIT_INCOMPLETE}
 _ORDER = ("pass", "warn", "fail", "incomplete")
 
 
@@ -20,6 +19,14 @@ def worst_verdict(batch: Batch) -> str:
     return max(verdicts, key=_ORDER.index, default="incomplete")
 
 
-def exit_status(batch: Batch) -> int:
-    """0 pass or warn, 1 fail, 3 unreadable or incomplete."""
-    return _STATUS[worst_verdict(batch)]
+def exit_status(batch: Batch, *, fail_on: str = "fail", exit_zero: bool = False) -> int:
+    """0 pass or warn, 1 fail, 3 unreadable or incomplete.
+
+    fail_on: "warn" makes warnings 1 as well.  exit_zero: 0 for a failure too; what could not be checked stays 3.
+    """
+    verdict = worst_verdict(batch)
+    if verdict == "incomplete":
+        return EXIT_INCOMPLETE
+    if exit_zero:
+        return 0
+    return 1 if verdict == "fail" or (verdict == "warn" and fail_on == "warn") else 0

@@ -528,7 +528,7 @@ def test_a_profile_and_a_gate_file_both_count(at_home):
     [
         (["--profile", "fluint"], "profiles: fluent, icem"),
         (["--gate", "missing.toml"], "No such file"),
-        (["--gate", "box.msh"], "expected an OpenFOAM meshQualityDict"),
+        (["--gate", "box.msh"], "an OpenFOAM meshQualityDict"),
         (["--unit", "furlong"], "mm, cm, m, in"),
         (["--unit", "-1"], "mm, cm, m, in"),
         (["--sizes", "missing.toml"], "No such file"),

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from meshwright.audit.errors import UsageError, printable
+from meshwright.audit.gate.loading import PRESET, is_gate, preset, read_gate
 from meshwright.audit.profiles.hypermesh_criteria import is_hypermesh, read_hypermesh, write_hypermesh
 from meshwright.audit.profiles.loading import check, profile_from_toml
 from meshwright.audit.profiles.mesh_quality_dict import (
@@ -16,28 +17,38 @@ from meshwright.audit.profiles.mesh_quality_dict import (
     write_mesh_quality_dict,
 )
 from meshwright.audit.profiles.model import Limit, Profile
-from meshwright.audit.profiles.strict import read_text
+from meshwright.audit.profiles.strict import parse_toml, read_text
 
 __all__ = ["EXPORTS", "read_gate_file", "write_toml"]
 
+_TOML = re.compile(
+    r"^\s*(\[\[?\s*(limit|rule|waiver)\s*\]\]?|(schema_version|extends|rule|limit|baseline|title)\s*=)", re.MULTILINE
+)
 
-def read_gate_file(path: str | Path) -> Profile:
+
+def read_gate_file(path: str | Path, within: tuple[Path, ...] = ()) -> Profile:
     """The limits of a file, known by its content; UsageError where it is no file of limits or holds a mistake.
 
-    An OpenFOAM meshQualityDict, HyperMesh criteria (alone or in a recorded command file), or TOML as the profiles of
-    this program and `meshwright profiles export --as toml` write it.
+    A gate file, an OpenFOAM meshQualityDict, HyperMesh criteria (alone or in a recorded command file), or TOML as the
+    profiles of this program and `meshwright profiles export --as toml` write it; "preset:NAME" is a profile.
+    within: files that extend this one, for those that go round in a circle.
     """
+    if str(path).startswith(PRESET):
+        return preset(str(path).removeprefix(PRESET))
     text, shown = read_text(path), str(path)
-    if re.search(r"^\s*\[\[\s*limit\s*\]\]", text, re.MULTILINE):
-        profile = profile_from_toml(text, shown, "gate", shown)
-    elif is_hypermesh(text):
+    if is_hypermesh(text):
         profile = read_hypermesh(text, shown)
     elif is_mesh_quality_dict(text):
         profile = read_mesh_quality_dict(text, shown)
+    elif _TOML.search(text):
+        if is_gate(parse_toml(text, shown)):
+            return read_gate(text, shown, read_gate_file, within or (Path(path).resolve(),))
+        profile = profile_from_toml(text, shown, "gate", shown)
     else:
         raise UsageError(
-            f"{printable(shown, 200)}: expected an OpenFOAM meshQualityDict, HyperMesh quality criteria or TOML with "
-            f"[[limit]] tables, found {printable(text.lstrip()[:40]) or 'an empty file'}"
+            f"{printable(shown, 200)}: expected a gate file (TOML with [[rule]] tables or extends), an OpenFOAM "
+            "meshQualityDict, HyperMesh quality criteria or TOML with [[limit]] tables, found "
+            f"{printable(text.lstrip()[:40]) or 'an empty file'}"
         )
     check(profile)
     return profile
@@ -46,6 +57,8 @@ def read_gate_file(path: str | Path) -> Profile:
 def write_toml(profile: Profile) -> tuple[str, list[str]]:
     """The profile as TOML that `read_gate_file` reads; nothing is lost."""
     lines = [f"title = {_toml(profile.title)}", f"description = {_toml(profile.description)}"]
+    if profile.version:
+        lines.append(f"version = {_toml(profile.version)}")
     if profile.discipline:
         lines.append(f"discipline = {_toml(profile.discipline)}")
     if profile.scales:

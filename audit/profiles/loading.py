@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
@@ -41,7 +43,7 @@ def read_profile(name: str) -> Profile:
         raise UsageError(f"unknown profile {printable(name)!r}; profiles: {', '.join(PROFILES)}")
     file = f"{name}.toml"
     text = files("meshwright.audit.profiles").joinpath(file).read_text("utf-8")
-    return profile_from_toml(text, file, name)
+    return replace(profile_from_toml(text, file, name), sha256=hashlib.sha256(text.encode()).hexdigest())
 
 
 def profile_from_toml(text: str, file: str, name: str, path: str = "") -> Profile:
@@ -60,6 +62,7 @@ def profile_from_toml(text: str, file: str, name: str, path: str = "") -> Profil
         name=name,
         title=root.word("title"),
         description=root.word("description", ""),
+        version=root.word("version", ""),
         discipline=root.word("discipline", "", ("cfd", "fea", "")),  # type: ignore[arg-type]
         dialect=_dialect(root.table("dialect")),
         scales=root.words("scales"),
@@ -104,7 +107,7 @@ def _limit(table: Table) -> Limit:
         name=table.word("name"),
         metric=table.word("metric", ""),
         finding=table.word("finding", ""),
-        stat=table.word("stat", None, STATS),  # type: ignore[arg-type]
+        stat=table.word("stat", None, STATS),
         types=table.words("types", _TYPES),
         order=_order(table),
         faces=table.word("faces", "", ("", "interior", "boundary")),  # type: ignore[arg-type]
@@ -116,7 +119,10 @@ def _limit(table: Table) -> Limit:
         source=table.word("source"),
         verified=table.flag("verified"),
         note=table.word("note", ""),
-        **{key: table.number(key) for key in ("ideal", "good", "worst", "weight")},
+        ideal=table.number("ideal"),
+        good=table.number("good"),
+        worst=table.number("worst"),
+        weight=table.number("weight"),
     )
     table.done()
     if limit.warn is None and limit.fail is None:
@@ -169,8 +175,8 @@ def _check_limit(where: str, limit: Limit, metric: Any | Quantity) -> None:
             raise UsageError(f"{where}: {metric.id} is not defined on {name} cells")
     if limit.faces and limit.faces not in metric.on:
         raise UsageError(f"{where}: {metric.id} is not defined on {limit.faces} faces")
-    wrong_end = {"low": "min", "high": "max"}.get(metric.best)
-    if limit.stat == wrong_end:
+    best = metric.best
+    if limit.stat == {"low": "min", "high": "max"}.get(best):
         raise UsageError(f"{where}: the {limit.stat} of {metric.id} is its good end")
     levels = [level for level in (limit.warn, limit.fail) if level is not None]
     if len(levels) == 2 and levels[0] != levels[1]:

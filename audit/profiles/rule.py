@@ -6,17 +6,19 @@ passes "at most 0.95" and the next double after it does not. `Limit.inclusive` c
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 from meshwright.audit.metrics import METRICS
-from meshwright.audit.places import plain
-from meshwright.audit.profiles.model import Limit, Profile, Sense
+from meshwright.audit.places import plain, text
+from meshwright.audit.profiles.model import Limit, NoWorse, Profile, Sense
 from meshwright.audit.profiles.quantities import QUANTITIES
 
-__all__ = ["Judgement", "NotApplicable", "Rule", "State", "is_beyond", "judge"]
+__all__ = ["Judgement", "NotApplicable", "Rule", "State", "is_beyond", "judge", "worse_than"]
 
-State = Literal["pass", "warn", "fail", "incomplete"]
+State = Literal["pass", "info", "waived", "warn", "fail", "incomplete"]
+"""Of a rule. info: it fails or warns but never counts; waived: it fails, which a waiver accepts."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,11 @@ class Rule:
     state: see the head of `evaluate`.  count: entities looked at; undefined: of those without a value; warned, failed:
     values beyond `warn` and `fail` (of means, where the mean is; of shares and counts: values beyond `beyond`, where
     that limit is exceeded).
-    worst: the worst entity, as in the lists of worst values, or None.  reason: why it is incomplete, else "".
+    worst: the worst entity, as in the lists of worst values, or None.  reason: why it is incomplete or waived, what is
+    worse than the baseline, else "".
+    zone: the zone it was judged on by itself, "" for all there are.  baseline: the figure of the baseline, None for
+    none.  waiver: what accepts its failure, or did until it expired.  zones: of a broken rule, the zones with values
+    beyond the limit: {"zone", "beyond", "worst"}.
     """
 
     profile: str
@@ -42,17 +48,21 @@ class Rule:
     failed: int = 0
     worst: dict[str, Any] | None = None
     reason: str = ""
+    zone: str = ""
+    baseline: float | None = None
+    waiver: dict[str, Any] | None = None
+    zones: tuple[dict[str, Any], ...] = ()
 
     @property
     def id(self) -> str:
-        """`profile.limit`, stable."""
-        return f"{self.profile}.{self.limit.id}"
+        """`profile.limit`, stable; with the zone in brackets where each is judged by itself."""
+        return f"{self.profile}.{self.limit.id}{f'[{self.zone}]' if self.zone else ''}"
 
     @property
     def deciding(self) -> float | None:
         """The limit that the state speaks of: of a failure `fail`, else `warn` where there is one."""
         limit = self.limit
-        if self.state == "fail" or limit.warn is None:
+        if self.state in ("fail", "waived") or limit.warn is None:
             return limit.fail
         return limit.warn
 
@@ -73,15 +83,23 @@ class Rule:
             "fail": limit.fail,
             "value_beyond": limit.beyond,
             "value_sense": limit.values_beyond(self.best),
-            "unit": "1" if limit.stat in ("share", "count") else self.unit,
+            "unit": "1" if limit.tally else self.unit,
             "on": _on(limit),
+            "where": text(limit.where.words),
+            "zone": text(self.zone) or None,
+            "scale": limit.scale,
+            "severity": limit.severity,
             "count": self.count,
             "undefined": self.undefined,
-            "beyond": self.failed if self.state == "fail" else self.warned,
+            "beyond": self.failed if self.state in ("fail", "waived") else self.warned,
             "beyond_warn": self.warned,
             "beyond_fail": self.failed,
             "worst": self.worst,
-            "reason": self.reason,
+            "reason": text(self.reason),
+            "baseline": None if self.baseline is None else plain(self.baseline),
+            "no_worse": None if limit.no_worse is None else {"abs": limit.no_worse.abs, "rel": limit.no_worse.rel},
+            "waiver": self.waiver,
+            "zones": list(self.zones),
             "source": limit.source,
             "verified": limit.verified,
             "note": limit.note,
@@ -107,7 +125,7 @@ class Judgement:
     @property
     def state(self) -> State:
         """fail over incomplete over warn over pass; incomplete where no rule applies, for then nothing was judged."""
-        states = {rule.state for rule in self.rules}
+        states = {"pass" if rule.state in ("info", "waived") else rule.state for rule in self.rules}
         return next((s for s in ("fail", "incomplete", "warn", "pass") if s in states), "incomplete")
 
 
@@ -132,6 +150,17 @@ def judge(low: float, high: float, limit: Limit, sense: Sense) -> State:
     ]  # fmt: skip
     at_best, at_worst = states
     return cast(State, at_best if at_best in ("fail", at_worst) else "incomplete")
+
+
+def worse_than(figure: float, baseline: float, sense: Sense, allowed: NoWorse) -> bool:
+    """Whether a figure is worse than the baseline's by more than is allowed; the bad ones lie on side `sense`.
+
+    A figure that is no number is worse than any; so is any than an infinitely good one.
+    """
+    if math.isnan(figure):
+        return True
+    slack = max(allowed.abs, allowed.rel * abs(baseline)) if math.isfinite(baseline) else 0.0
+    return figure > baseline + slack if sense == "above" else figure < baseline - slack
 
 
 def _on(limit: Limit) -> str:

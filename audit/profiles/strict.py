@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from meshwright.audit.errors import UsageError, printable
 
-__all__ = ["Table", "load_toml", "read_text"]
+__all__ = ["Table", "load_toml", "parse_toml", "read_text"]
 
 T = TypeVar("T")
 
@@ -128,11 +128,16 @@ def read_text(path: str | Path) -> str:
         raise UsageError(f"{shown}: byte {error.start}: expected UTF-8 text, found other bytes") from None
 
 
-def load_toml(text: str, file: str) -> Table:
-    """The root table of a TOML text; UsageError with the line where it is none."""
+def parse_toml(text: str, file: str) -> dict[str, Any]:
+    """A TOML text as plain tables; UsageError with the line where it is none."""
     try:
-        return Table(tomllib.loads(text), file)
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise UsageError(
             f"{printable(file, 200)}: expected TOML, found an error: {printable(str(error), 200)}"
         ) from None
+
+
+def load_toml(text: str, file: str) -> Table:
+    """The root table of a TOML text; UsageError with the line where it is none."""
+    return Table(parse_toml(text, file), file)

@@ -9,6 +9,9 @@ import click
 __all__ = ["FORMATS", "command"]
 
 FORMATS = ("text", "json", "md", "csv")
+"""Outputs that know tables alone as well as audits."""
+
+_CI_FORMATS = ("junit", "sarif", "github", "gitlab")
 
 
 @click.command("audit")
@@ -42,7 +45,13 @@ FORMATS = ("text", "json", "md", "csv")
     "--metrics", default="default", metavar="default|all|ID,ID", help="What to measure, beside what limits need."
 )
 @click.option("--zone", metavar="GLOB", help="Count only the cells of matching zones.")
-@click.option("--format", "output", type=click.Choice(FORMATS), default="text", help="Of the result on stdout.")
+@click.option(
+    "--format",
+    "output",
+    type=click.Choice((*FORMATS, *_CI_FORMATS)),
+    default="text",
+    help="Of the result on stdout.",
+)
 @click.option("-o", "--output-file", metavar="FILE", help="Write the result there instead of to stdout.")
 @click.option("--out", "outs", multiple=True, metavar="FORMAT=FILE", help="Write another result; may be repeated.")
 @click.option("--cells", metavar="FILE", help="Write the values of every cell: .parquet, .csv or .vtu.")

@@ -17,7 +17,7 @@ from meshwright.reports.limits import (
     verdict_words,
     worst_text,
 )
-from meshwright.reports.wording import figure, markdown, number
+from meshwright.reports.wording import figure, markdown, number, plural
 
 __all__ = ["gate_sections", "rosetta_sections"]
 
@@ -48,9 +48,16 @@ def gate_sections(gate: dict[str, Any]) -> Iterator[str]:
         )
         for rule in gate["rules"]
     ]
+    passed = [row for row in rows if row[0] == "pass"]
     if rows:
         header = ("State", "Rule", "On", "Limit", "Measured", *(("Baseline",) if based else ()))
-        yield _table((*header, "Beyond", "Worst", "Source"), rows)
+        header = (*header, "Beyond", "Worst", "Source")
+        if len(passed) < len(rows):
+            yield _table(header, [row for row in rows if row[0] != "pass"])
+        if passed:
+            yield f"<details>\n<summary>{plural(len(passed), 'rule')} passed</summary>"
+            yield _table(header, passed)
+            yield "</details>"
     for rule in gate["rules"]:
         if rule["reason"] and rule["state"] != "incomplete":
             yield f"`{rule['id'].replace('`', '')}`: {markdown(rule['reason'], 300)}"

@@ -18,7 +18,7 @@ from meshwright.audit.metrics import select
 from meshwright.audit.run import audit
 from meshwright.audit.summary import Summary, cells_of_zones, summarise
 from meshwright.audit.warm import warm_up
-from meshwright.reports.outputs import OUTPUTS, Batch, Page, Unread, render
+from meshwright.reports.outputs import OF_UNREAD, OUTPUTS, Batch, Page, Unread, render
 from meshwright.reports.paths import STDIN, expand, open_mesh, refuse_overwriting
 from meshwright.reports.plan import Plan, make_plan
 from meshwright.reports.progress import announce_compilation, stages
@@ -170,7 +170,8 @@ def _one(job: Job, plan: Plan, path: str) -> Summary:
 def _write(job: Job, outputs: list[tuple[str, str | None]], batch: Batch, page: Page) -> None:
     """Every output is attempted; the first failure is raised once the others are safe."""
     if not batch.documents and len(batch.unread) == 1:
-        return  # the one line on stderr has said it all, and what an earlier run wrote stays
+        # the one line on stderr has said it all, and what an earlier run wrote stays
+        outputs = [(output, path) for output, path in outputs if output in OF_UNREAD]
     failed: UsageError | None = None
     for output, path in outputs:
         here = replace(page, width=page_width(), colour=wants_colour()) if path is None else page

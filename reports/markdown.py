@@ -12,14 +12,25 @@ from meshwright.reports.outputs import Batch, Page
 from meshwright.reports.text_tables import entity_number
 from meshwright.reports.wording import figure, markdown, not_defined, percent, size
 
-__all__ = ["render"]
+__all__ = ["MARKER", "comment", "render"]
+
+MARKER = "<!-- meshwright -->"
+"""First line of every comment, by which a bot finds its own to replace it."""
+
+_LONGEST = 60_000
+"""Characters; a comment of GitHub may have 65,536."""
 
 _ALIGN = {"l": ":--", "r": "--:"}
 
 
 def render(batch: Batch, page: Page) -> str:
-    """A section for each mesh; a table of verdicts first when there are several."""
-    parts: list[str] = []
+    """A comment for a pull request, or the tables alone."""
+    return comment(batch, page, _LONGEST)
+
+
+def comment(batch: Batch, page: Page, longest: int) -> str:
+    """A section for each mesh; a table of verdicts first when there are several. What is too long is cut, and said."""
+    parts: list[str] = [MARKER] if page.content == "audit" else []
     if len(batch.documents) + len(batch.unread) > 1:
         rows = [
             (markdown(d["mesh"]["path"]), size(sum(d["mesh"]["cells"].values())), f"**{d['gate']['verdict']}**")
@@ -31,7 +42,16 @@ def render(batch: Batch, page: Page) -> str:
         parts.append(f"**not read**: {markdown(batch.unread[0].message, 300)}")
     for document in batch.documents:
         parts += _document(document, page)
-    return "\n\n".join(parts) + "\n"
+    text = "\n\n".join(parts) + "\n"
+    if len(text) <= longest:
+        return text
+    kept, room = [], longest - 200
+    for part in parts:  # whole tables and folds, so that none is left open
+        room -= len(part) + 2
+        if room < 0:
+            break
+        kept.append(part)
+    return "\n\n".join([*kept, "_Cut here: the whole does not fit into a comment._"]) + "\n"
 
 
 def _table(header: Sequence[str], align: str, rows: Iterable[Sequence[str]]) -> str:

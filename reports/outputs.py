@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, Literal, cast
 
-__all__ = ["OUTPUTS", "Batch", "Page", "Unread", "render"]
+__all__ = ["OF_UNREAD", "OUTPUTS", "Batch", "Page", "Unread", "render"]
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,16 @@ OUTPUTS = {
     "json": "meshwright.reports.json_",
     "md": "meshwright.reports.markdown",
     "csv": "meshwright.reports.csv_",
+    "junit": "meshwright.reports.junit",
+    "sarif": "meshwright.reports.sarif",
+    "github": "meshwright.reports.github",
+    "gitlab": "meshwright.reports.gitlab",
 }
 """Module of each output by the name used in `--format`; modules load when they are used."""
+
+
+OF_UNREAD = ("junit", "sarif", "github", "gitlab")
+"""Outputs that are written of a mesh that could not be read too, lest those of an earlier run stand for this one."""
 
 
 def render(output: str, batch: Batch, page: Page) -> str:

@@ -273,7 +273,7 @@ def test_every_output_is_written_at_once(at_home, tmp_path):
     result = run("audit", "bent.msh", *flags, "-o", tmp_path / "main.txt", "--quiet")
     assert (result.stdout, result.exit_code) == ("", 0)
     assert json.loads((tmp_path / "json").read_text())["schema"] == "meshwright.audit/1"
-    assert (tmp_path / "md").read_text().startswith("## bent")
+    assert (tmp_path / "md").read_text().startswith("<!-- meshwright -->\n\n## bent")
     assert (tmp_path / "text").read_text() == (tmp_path / "main.txt").read_text()
     assert "\x1b" not in (tmp_path / "text").read_text()
     rows = list(csv.DictReader(io.StringIO((tmp_path / "csv").read_text())))

@@ -212,7 +212,7 @@ def test_wrong_criteria_are_told_by_file_and_line(tmp_path, old, new, words):
 @pytest.mark.parametrize("text", ["", "hello", "a = 1\n", "\x00\x01", "[[limits]]\n", "<xml/>"])
 def test_what_is_no_file_of_limits_is_refused(tmp_path, text):
     (tmp_path / "g").write_text(text)
-    with pytest.raises(UsageError, match="expected an OpenFOAM meshQualityDict, HyperMesh quality criteria or TOML"):
+    with pytest.raises(UsageError, match="an OpenFOAM meshQualityDict, HyperMesh quality criteria or TOML"):
         read_gate_file(tmp_path / "g")
 
 
@@ -230,7 +230,7 @@ def test_toml_brings_a_profile_back_whole(name):
     profile = read_profile(name)
     text, lost = EXPORTS["toml"](profile)
     assert lost == []
-    assert profile_from_toml(text, "f", name) == profile
+    assert replace(profile_from_toml(text, "f", name), sha256=profile.sha256) == profile
 
 
 def test_toml_bears_any_text(tmp_path):
@@ -238,7 +238,7 @@ def test_toml_bears_any_text(tmp_path):
     profile = read_profile("gambit")
     profile = replace(profile, title=odd, limits=(replace(profile.limits[0], name=odd, note=odd),))
     text, _ = EXPORTS["toml"](profile)
-    assert profile_from_toml(text, "f", "gambit") == profile
+    assert replace(profile_from_toml(text, "f", "gambit"), sha256=profile.sha256) == profile
 
 
 @pytest.mark.parametrize("name", PROFILES)

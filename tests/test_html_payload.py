@@ -74,7 +74,8 @@ def test_a_level_tells_the_bin_exactly_and_the_value_nearly(values):
     within = levels_of_bin(10)
     bins = found // within
     for value, at, level in zip(values, bins, found, strict=True):
-        assert edges[at] <= value and (value < edges[at + 1] or at == 9)
+        assert edges[at] <= value
+        assert value < edges[at + 1] or at == 9
         middle = edges[at] + 0.1 * (level - at * within + 0.5) / within
         assert abs(middle - value) <= 0.5 * 0.1 / within + 1e-12
     assert levels(np.array([np.nan]), edges).tolist() == [UNDEFINED]
@@ -113,7 +114,8 @@ def test_the_payload_of_every_kind_of_mesh_is_what_was_put_in(name):
             else:
                 edges = [float(e) for e in entry["edges"]]
                 at = int(levels_[k]) // within
-                assert (edges[at] <= value or at == 0) and (value < edges[at + 1] or at == len(edges) - 2)
+                assert edges[at] <= value or at == 0
+                assert value < edges[at + 1] or at == len(edges) - 2
 
 
 def value_of(found, id_, row):

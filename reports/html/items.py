@@ -92,7 +92,7 @@ def _sample(values: Floats, inner: Floats, counts: Rows, most: int) -> Rows:
 
 
 def choose(audit: Audit, document: dict[str, Any], most: int) -> Chosen:
-    """Up to about `most` entities: those of findings, the worst of every metric, and some of every bar.
+    """Up to about `most` entities: all cells, or those of findings, the worst of every metric, and some of every bar.
 
     Sound geometry alone: what has a coordinate that is not finite cannot be shown.
     """
@@ -110,6 +110,8 @@ def choose(audit: Audit, document: dict[str, Any], most: int) -> Chosen:
     for samples in in_parallel(lambda id_: _samples(audit, document, id_, bar), ids):
         for entity, rows in samples:
             found[entity].append(rows)
+    if mesh.n_cells <= most:
+        found["cell"].append(np.arange(mesh.n_cells))
     made = {entity: _some(rows, most) for entity, rows in found.items()}
     return Chosen(**{entity: _sound(mesh, entity, rows) for entity, rows in made.items()})
 

@@ -237,7 +237,6 @@
     document.documentElement.dataset.ready = "view";
   } catch (error) {
     $("view-controls").hidden = true;
-    $("metric").closest("label").remove();
     say(`No 3-D view: ${error.message}. The picture shows the worst cells by the first metric.`);
     document.documentElement.dataset.ready = "picture";
     dressPanel();

@@ -74,6 +74,7 @@ def _panel(document: Summary, baseline: Summary | None, id_: str) -> dict[str, A
     svg = histogram_svg(entry_shown, title=f"Distribution of {definition['title']}", best=metric.best, baseline=before,
                         marks=marks_of(document, id_))  # fmt: skip
     figures = document["metrics"][id_]
+    missing = any(f["undefined"] or f["degenerate"] for f in figures.values())
     worst = [(kind, w) for kind, f in figures.items() for w in f["worst"]]
     sign = -1.0 if metric.worst_is_high else 1.0
     worst.sort(key=lambda pair: sign * number(pair[1]["value"]))
@@ -84,7 +85,7 @@ def _panel(document: Summary, baseline: Summary | None, id_: str) -> dict[str, A
         "clickable": same_bins,
         "baseline": before is not None,
         "scales": entry["scales"],
-        "rows": [_row(kind, f, definition["unit"]) for kind, f in figures.items()],
+        "rows": [_row(kind, f, definition["unit"], missing=missing) for kind, f in figures.items()],
         "worst": [worst_row(kind, w, id_, definition["unit"]) for kind, w in worst[:_MOST_WORST]],
         "mirror": mirror_name(id_),
         "undefined": sum(f["undefined"] for f in figures.values()),
@@ -93,9 +94,10 @@ def _panel(document: Summary, baseline: Summary | None, id_: str) -> dict[str, A
     }
 
 
-def _row(kind: str, figures: dict[str, Any], unit: str) -> list[str]:
+def _row(kind: str, figures: dict[str, Any], unit: str, *, missing: bool) -> list[str]:
     values = [figure(figures[item], unit) for item in ("min", "p50", "mean", "p95", "p99", "max")]
-    return [kind, size(figures["count"]), *values, size(figures["undefined"]), size(figures["degenerate"])]
+    lost = [size(figures["undefined"]), size(figures["degenerate"])] if missing else []
+    return [kind, size(figures["count"]), *values, *lost]
 
 
 def mirror_name(id_: str) -> str:

@@ -268,7 +268,7 @@ def test_a_kill_while_saving_leaves_the_old_baseline_whole(project):
         if "written" in process.stdout.readline():
             break
     os.kill(process.pid, signal.SIGKILL)
-    process.wait()
+    process.communicate()
     assert path.read_bytes() == before
     assert json.loads(run("baseline", "list", "--format", "json").stdout)[0]["name"] == "main"
     shutil.rmtree(project / ".meshwright")

@@ -90,7 +90,13 @@ def summarise(
         "version": version("meshwright"),
         "mesh": _mesh(mesh, sha256),
         "zones": [
-            {"name": text(z.name), "kind": z.kind, "role": z.role, "entity": z.entity, "count": len(z.members)}
+            {
+                "name": text(z.name),
+                "kind": text(z.kind),
+                "role": text(z.role),
+                "entity": z.entity,
+                "count": len(z.members),
+            }
             for z in mesh.zones
         ],
         "selection": None if chosen is None else {"zone": zone, "cells": int(np.count_nonzero(chosen))},
@@ -189,8 +195,8 @@ def _zone_table(tables: Tables, mesh: Mesh, group: int) -> dict[str, Any]:
     zone = mesh.cell_zones[index] if index is not None and index >= 0 else None
     return {
         "zone": None if zone is None else text(zone.name),
-        "kind": "" if zone is None else zone.kind,
-        "role": "" if zone is None else zone.role,
+        "kind": "" if zone is None else text(zone.kind),
+        "role": "" if zone is None else text(zone.role),
         "count": int(tables.cells[group].sum()),
         **_table_keys(tables, mesh, group),
     }

@@ -19,22 +19,21 @@ Histogram = dict[str, Any]
 """An entry of the document's "histograms"."""
 
 HISTOGRAM_STYLE = (
-    ".histogram{font-family:system-ui,sans-serif;--p:var(--bar-plain,#5b7083)}"
-    ".histogram text{fill:var(--ink,#1c2733)}.histogram .axis{stroke:var(--line,#c9d1d9);fill:none}"
-    ".histogram .bar-plain{fill:var(--p)}.histogram .bar-ok{fill:var(--ok,#2b7a9b)}"
-    ".histogram .bar-warn{fill:var(--warn,#d9930d)}.histogram .bar-bad{fill:var(--bad,#c22f2f)}"
-    ".histogram .bar path{stroke:var(--paper,#fff);stroke-width:.6}"
-    ".histogram .hit{fill:transparent;stroke:none!important}"
-    ".histogram .back{fill:var(--paper,#fff)}"
+    ".histogram{font-family:system-ui,sans-serif}.histogram text{fill:var(--ink,#1c2733)}"
+    ".histogram .axis{stroke:var(--line,#cfd6dc);fill:none}.histogram .bar-plain{fill:var(--bp,#5b7083)}"
+    ".histogram .bar-ok{fill:var(--b0,#3d6ea5)}.histogram .bar-warn{fill:var(--b1,#d98e04)}"
+    ".histogram .bar-bad{fill:var(--b2,#c0392b)}.histogram .bar path{stroke:var(--card,#fff);stroke-width:.6}"
+    ".histogram .hit{fill:transparent;stroke:none!important}.histogram .back{fill:var(--card,#fff)}"
     ".histogram .t1{fill-opacity:.66}.histogram .t2{fill-opacity:.42}.histogram .t3{fill-opacity:.84}"
     ".histogram .t4{fill-opacity:.54}.histogram .t5{fill-opacity:.3}"
     ".histogram .tick{stroke:var(--ink,#000);stroke-width:2.4;fill:none}"
     ".histogram .mark{stroke:var(--ink,#1c2733);stroke-width:1.2;stroke-dasharray:4 3;fill:none}"
-    ".histogram .bar:focus{outline:none}.histogram .bar:focus .hit,.histogram .bar[aria-pressed=true] .hit"
-    "{stroke:var(--ink,#000)!important;stroke-width:1.6}"
+    ".histogram .bar:focus-visible{outline:none}.histogram .bar:hover .hit{stroke:var(--line,#cfd6dc)!important}"
+    ".histogram .bar:focus-visible .hit,.histogram .bar[aria-pressed=true] .hit"
+    "{stroke:var(--ink,#000)!important;stroke-width:1.8}"
 )
-"""The style sheet of all histograms of a page, which sets the variables --ink, --line, --paper, --ok, --warn, --bad
-and --bar-plain; without them it is one for light paper."""
+"""The style sheet of all histograms of a page, which sets the variables --ink, --line, --card and, for bars that are
+good, suspect, bad or neither, --b0, --b1, --b2 and --bp; without them it is one for light paper."""
 
 _BASE = 0.35
 """Decades below 1 at which the count axis begins, so that a single cell has a bar."""

@@ -18,6 +18,7 @@ from meshwright.audit.metrics import select
 from meshwright.audit.run import audit
 from meshwright.audit.summary import Summary, cells_of_zones, summarise
 from meshwright.audit.warm import warm_up
+from meshwright.reports.html_file import write_incomplete, write_report
 from meshwright.reports.outputs import OF_UNREAD, OUTPUTS, Batch, Page, Unread, render
 from meshwright.reports.paths import STDIN, expand, open_mesh, refuse_overwriting
 from meshwright.reports.plan import Plan, make_plan
@@ -61,6 +62,7 @@ class Job:
     baseline: str | None = None
     fail_on: str = "fail"
     exit_zero: bool = False
+    html: str | None = None
 
 
 def run_audit(job: Job) -> int:
@@ -88,6 +90,10 @@ def _run(job: Job, page: Page) -> Batch:
     plan = make_plan(job)  # a misspelt metric or a wrong limit is told before anything is read
     _check_cells(job, paths)
     files = [path for _, path in outputs if path is not None]
+    if job.html is not None:
+        if len(paths) != 1:
+            raise UsageError("--html takes one mesh at a time")
+        files.append(job.html)
     inputs = [*paths, *(path for path in (job.gate, job.sizes) if path is not None)]
     refuse_overwriting(inputs, [*files, *([job.cells] if job.cells else [])])
     for path in files:
@@ -103,6 +109,8 @@ def _run(job: Job, page: Page) -> Batch:
             if isinstance(error, UsageError) and len(paths) == 1:
                 raise  # of several, the others are still audited
             click.echo(f"meshwright: {error}", err=True)
+            if job.html is not None:
+                write_incomplete(job.html, path, str(error))
             batch.unread.append(Unread(path, str(error)))
         if len(paths) > 1:
             gc.collect()  # the command line leaves the collector off
@@ -164,6 +172,9 @@ def _one(job: Job, plan: Plan, path: str) -> Summary:
 
             tell("cells", 0, 0)
             write_cells(found, None if job.zone is None else cells_of_zones(mesh, job.zone), job.cells)
+        if job.html is not None:
+            tell("report", 0, 0)
+            write_report(job.html, found, document, plan.baseline)
         return document
 
 

@@ -13,7 +13,9 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces, nodes_of_cells
 from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh
 
-__all__ = ["Places", "place", "plain", "text"]
+__all__ = ["Places", "place", "plain", "short", "text"]
+
+_LONGEST = 1000
 
 Mask = NDArray[np.bool_]
 Rows = NDArray[np.intp]
@@ -31,6 +33,12 @@ def plain(value: float) -> float | str:
 def text(name: str) -> str:
     """A name that can be written as UTF-8, whatever bytes it came from."""
     return name.encode("utf-8", "replace").decode("utf-8")
+
+
+def short(name: str) -> str:
+    """A name for lists, where it stands many times: one of more than 1,000 characters is cut, with an ellipsis."""
+    known = text(name[:_LONGEST])
+    return known if len(name) <= _LONGEST else f"{known[:-1]}…"
 
 
 def place(mesh: Mesh, entity: str, row: int, of_boundary: bool = False) -> list[float]:
@@ -93,7 +101,7 @@ class Places:
         block = mesh.block(key)
         cell = int(block.rows[row])
         zone = int(self._zone_of_cell[cell])
-        name = None if zone < 0 else text(mesh.cell_zones[zone].name)
+        name = None if zone < 0 else short(mesh.cell_zones[zone].name)
         return "cell", int(mesh.ids_of_cells(cell)), name, _corners(mesh, block, row)
 
     def _mask(self, key: str) -> Mask | None:
@@ -130,7 +138,7 @@ class Places:
             return None
         for zone in self._mesh.zones:
             if zone.entity == entity and bool(np.any(zone.members == row)):
-                return text(zone.name)
+                return short(zone.name)
         return None
 
 

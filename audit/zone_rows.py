@@ -13,7 +13,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.metrics.row import Metric
-from meshwright.audit.places import plain, text
+from meshwright.audit.places import plain
 
 __all__ = ["MOST_ZONES", "ZoneRows", "ZoneTally"]
 
@@ -68,10 +68,10 @@ class ZoneRows:
         return self._pairs[key]
 
     @property
-    def names(self) -> list[str | None]:
-        """The zones in order, then None; nothing for a mesh without zones."""
-        zones = self._mesh.cell_zones
-        return [*(text(zone.name) for zone in zones), None] if zones else []
+    def places(self) -> list[int | None]:
+        """Where the zones of cells stand among all zones of the mesh, then None; nothing for a mesh without them."""
+        found = [k for k, zone in enumerate(self._mesh.zones) if zone.entity == "cell"]
+        return [*found, None] if found else []
 
 
 class ZoneTally:
@@ -79,22 +79,22 @@ class ZoneTally:
 
     def __init__(self, zones: ZoneRows, metric: Metric) -> None:
         self._zones = zones
-        self._names = zones.names if metric.entity == "cell" else []
+        self._places = zones.places if metric.entity == "cell" else []
         self._high = metric.worst_is_high
-        n = len(self._names)
+        n = len(self._places)
         self._counts = np.zeros((n, 3), np.int64)
         self._worst = np.full(n, -math.inf if self._high else math.inf)
         self._sums = np.zeros(n)
 
     def add(self, key: str, values: Floats, broken: Mask | None) -> None:
         """Count the values of a type, those of `broken` cells for the worst but not for the mean."""
-        if self._names and key in CELL_TYPES:
+        if self._places and key in CELL_TYPES:
             skip = np.zeros(0, bool) if broken is None else broken
             _add(*self._zones.pairs(key), values, skip, self._high, self._counts, self._worst, self._sums)
 
     def as_json(self) -> list[dict[str, Any]]:
         """The entry of a document: zones in their order, those without such cells left out."""
-        rows = [k for k in range(len(self._names)) if self._counts[k, :2].any()]
+        rows = [k for k in range(len(self._places)) if self._counts[k, :2].any()]
         if len(rows) > MOST_ZONES:
             sign = -1.0 if self._high else 1.0
             rows = sorted(sorted(rows, key=lambda k: (sign * self._worst[k], k))[:MOST_ZONES])
@@ -103,7 +103,7 @@ class ZoneTally:
     def _row(self, k: int) -> dict[str, Any]:
         known, undefined, sound = self._counts[k].tolist()
         return {
-            "zone": self._names[k],
+            "zone": self._places[k],
             "count": known,
             "undefined": undefined,
             "worst": plain(float(self._worst[k])) if known else None,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.mesh import Mesh
-from meshwright.audit.places import Places, plain, text
+from meshwright.audit.places import Places, plain, short
 from meshwright.audit.profiles.model import Limit, Sense
 from meshwright.audit.profiles.sampling import Sample
 from meshwright.audit.ranks import at_ranks
@@ -125,7 +125,7 @@ def beyond_by_zone(
     in the first.
     """
     zone_of_cell = mesh.cell_zone_index() if mesh.cell_zones else None
-    names = [*(text(zone.name) for zone in mesh.cell_zones), None]
+    names = [*(short(zone.name) for zone in mesh.cell_zones), None]
     counts = np.zeros(len(names), np.int64)
     worst: dict[int, tuple[float, Sample, int]] = {}
     for sample in found:

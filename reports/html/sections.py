@@ -275,13 +275,13 @@ def _heat(document: Summary) -> dict[str, Any] | None:
     if not tables:
         return None
     ids = [id_ for id_ in tables if id_ in DEFAULT and METRICS[id_].best != "none"] or list(tables)[:12]
-    names: dict[str | None, None] = {}
+    names: dict[int | None, None] = {}
     for id_ in ids:
         names |= dict.fromkeys(row["zone"] for row in tables[id_])
     cells = {id_: {row["zone"]: row for row in tables[id_]} for id_ in ids}
     rows = [
         {
-            "zone": "(no zone)" if zone is None else _cut(zone, 80) or "(unnamed)",
+            "zone": "(no zone)" if zone is None else _cut(document["zones"][zone]["name"], 80) or "(unnamed)",
             "cells": [_heat_cell(document, id_, cells[id_].get(zone)) for id_ in ids],
         }
         for zone in list(names)[:_MOST_ZONES]

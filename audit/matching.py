@@ -160,8 +160,9 @@ def _cell_keys(mesh: Mesh, place: Rows, among: Rows | None = None) -> Keys:
         kind[block.rows] = int.from_bytes(block.type.encode()[:8].ljust(8, b"\0"), "little")
     if among is not None:
         inside = np.isin(of_node, among)
-        values = np.where(inside, values, np.uint64(0))
-        kind = kind + np.add.reduceat((~inside).astype(np.uint64), offsets[:-1]) * _MIX[0]
+        values = values * inside
+        others: Keys = np.add.reduceat((~inside).astype(np.uint64), offsets[:-1])
+        kind = kind + others * _MIX[0]
     with np.errstate(over="ignore"):
         found: Keys = _hash(np.add.reduceat(values, offsets[:-1]) + _hash(kind))
     return found

@@ -21,6 +21,8 @@ COMMANDS = {
     "explain": "meshwright.reports.cmd_explain",
     "profiles": "meshwright.reports.cmd_profiles",
     "gate": "meshwright.reports.cmd_gate",
+    "compare": "meshwright.reports.cmd_compare",
+    "baseline": "meshwright.reports.cmd_baseline",
     "formats": "meshwright.reports.cmd_formats",
 }
 """Module of each command; it holds a click command called `command` and imports no more than click."""

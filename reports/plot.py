@@ -86,14 +86,14 @@ def histogram(
     ax.set_ylabel(_counted(kinds))
     ax.set_title(_title(metric), pad=12)
     if len(kinds) > 1 or before is not None:
-        ax.legend(frameon=False)
+        ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return ax
 
 
 def cumulative(source: Source, metric: str, ax: Axes | None = None, *, types: Sequence[str] | None = None) -> Axes:
     """The share of cells (faces, points) with a value of at most x, by type: of an audit exact, of a document by bins.
 
-    Where values span more than three decades and are all positive, x is logarithmic. Undefined values are left out and
+    Ratios and sizes that span more than a decade have a logarithmic axis. Undefined values are left out and
     told in the legend. UsageError for a metric or type that is not there.
     """
     entry = _entry(source, metric)
@@ -105,7 +105,8 @@ def cumulative(source: Source, metric: str, ax: Axes | None = None, *, types: Se
         words = cut(kind) + (f" ({plural(lost, 'value')} undefined)" if lost else "")
         ax.step(x, y, where="post", color="black", ls=_LINES[k % 6], lw=1.3, label=words)
         spans += [float(v) for v in x[np.isfinite(x)]]
-    if spans and min(spans) > 0 and max(spans) > 1000 * min(spans):
+    without_end = metric not in METRICS or METRICS[metric].high == np.inf
+    if without_end and spans and min(spans) > 0 and max(spans) > 10 * min(spans):
         ax.set_xscale("log")
     ax.set_ylim(0.0, 1.0)
     ax.grid(visible=True, color="0.85", lw=0.6)
@@ -130,7 +131,7 @@ def distributions(source: Source, axes: Sequence[Axes] | None = None) -> tuple[A
 def zones_heat(source: Source, ax: Axes | None = None, *, metrics: Sequence[str] | None = None) -> Axes:
     """The worst value of every metric in every zone of cells; the darker, the worse.
 
-    Metrics from 0 to 1 are as dark as their value is far from the good end; others from the best zone, white, to the
+    Metrics that end at 1 are as dark as their value is far from the good end; others from the best zone, white, to the
     worst. metrics: ids, all with a good end where None. At most 40 zones are shown, the first ones, which the title
     tells. UsageError where the mesh has no zones of cells.
     """
@@ -159,7 +160,7 @@ def zones_heat(source: Source, ax: Axes | None = None, *, metrics: Sequence[str]
     ax.set_xticks(range(len(ids)), [_plain(id_) for id_ in ids], rotation=40, ha="right", fontsize=8)
     ax.set_yticks(range(len(shown)), [_zone_name(document, zone) for zone in shown], fontsize=8)
     left = f"; {len(shown)} of {len(zones)} zones" if len(shown) < len(zones) else ""
-    ax.set_title(f"Worst value by zone{left}")
+    ax.set_title(f"Worst value by zone, the darker the worse{left}")
     return ax
 
 
@@ -313,8 +314,8 @@ def _darkness(definition: dict[str, Any], values: Any) -> Any:
     """0 for the good end, 1 for the bad one; nan where there is no value."""
     high_is_worse = definition["best"] == "low"
     known = np.isfinite(values)
-    if definition["low"] == 0 and definition["high"] == 1:
-        return values if high_is_worse else 1.0 - values
+    if definition["high"] == 1 and (definition["low"] == 0 or not high_is_worse):
+        return np.clip(values if high_is_worse else 1.0 - values, 0.0, 1.0)
     found = np.full(len(values), np.nan)
     found[np.isinf(values)] = 1.0
     if known.any():

@@ -1,4 +1,5 @@
-# make demo     install into .venv and audit the demo mesh
+# make demo     install into .venv, audit the demo mesh and write demo/report.html
+# make viewer   build the 3-D view of the report from its source (needs node)
 # make test     install the wheel into .venv and run the test suite on it
 # make check    everything CI runs
 # make fuzz     thousands of damaged files through the readers (long)
@@ -11,12 +12,17 @@ VENV ?= .venv
 BIN = $(VENV)/bin
 SOURCES = pyproject.toml README.md $(shell find audit reports -type f -not -path '*/__pycache__/*')
 
-.PHONY: demo test lint types check fuzz torture bench samples clean
+.PHONY: viewer demo test lint types check fuzz torture bench samples clean
 
 demo: $(VENV)/.runtime
-	$(BIN)/meshwright audit samples/demo.msh.gz
+	mkdir -p demo
+	$(BIN)/meshwright audit samples/demo.msh.gz --profile cfd --html demo/report.html
+	@echo "report to look at: $(abspath demo/report.html)"
 
-test: $(VENV)/.dev
+viewer:
+	cd reports/html/viewer && npm ci --no-audit --no-fund && node build.mjs
+
+test: $(VENV)/.dev tests/schemas/node_modules
 	cd tests && ../$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(VENV)/.dev
@@ -39,6 +45,11 @@ bench: $(VENV)/.dev
 
 samples: $(VENV)/.dev
 	$(BIN)/python samples/make.py
+
+# Published schemas that come as packages of npm; tests that need them skip where there is no npm.
+tests/schemas/node_modules: tests/schemas/package-lock.json
+	-cd tests/schemas && npm ci --ignore-scripts --legacy-peer-deps --no-audit --no-fund --silent
+	@mkdir -p $@ && touch $@
 
 # The wheel is installed, not the checkout: tests then run what users get.
 $(VENV)/.runtime: $(SOURCES)

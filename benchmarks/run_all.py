@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = ("kernels", "all_metrics", "audit_vs_checkmesh", "scanners", "scaling", "startup")
+SCRIPTS = ("kernels", "all_metrics", "audit_vs_checkmesh", "scanners", "scaling", "startup", "html_report", "compare")
 
 
 def main() -> None:

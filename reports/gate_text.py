@@ -69,6 +69,8 @@ def gate_tables(gate: dict[str, Any]) -> Iterator[RenderableType]:
     for rule in gate["rules"]:
         if rule["reason"] and rule["state"] != "incomplete":
             yield _small(f"{name(rule['id'], 80)}: {name(rule['reason'], 200)}{_until(rule)}")
+    for preset in gate["presets"]:
+        yield _small(f"preset {preset['name']}, version {preset['version']}, sha256 {preset['sha256'][:12]}")
     if gate["baseline"] and gate["baseline"]["sha256"]:
         yield _small(f"baseline: {name(gate['baseline']['path'], 80)}, version {name(gate['baseline']['version'], 20)}")
     for n, source, verified in sources:

@@ -88,8 +88,8 @@ def picture(
     scene, shapes = scene_of(mesh), shapes_of(mesh, entity, chosen)
     out = np.empty((height, width, 3), np.uint8)
     out[:] = theme.back
-    corners = scene.placed(mesh.points) if len(shapes.nodes) else np.empty((0, 3))
-    normals = face_normals(corners, shapes.offsets, shapes.nodes) if len(corners) else np.empty((0, 3))
+    corners = scene.placed(shapes.points)
+    normals = face_normals(corners, shapes.offsets, shapes.nodes)
     for name, (left, top, wide, tall) in boxes_of(mesh, scene, view, size):
         here = out[top : top + tall, left : left + wide]
         room = min(wide, tall) >= 6 * _AXIS

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["NOTHING", "draw_dots", "draw_lines", "draw_polygons", "pixels", "plot_cells"]
+__all__ = ["NOTHING", "draw_dots", "draw_lines", "draw_polygons", "moved", "pixels", "plot_cells"]
 
 Floats = NDArray[np.float64]
 Depth = NDArray[np.float32]
@@ -60,6 +60,17 @@ def _triangle(at: Floats, p: int, q: int, r: int, mark: int, depth: Depth, ids: 
             u += u_step
             v += v_step
             z += z_step
+
+
+@kernel
+def moved(points: Floats, matrix: Floats, shift: Floats) -> Floats:
+    """(n, 3) matrix times every point, and a shift: a library's product of so narrow a matrix wakes all its threads."""
+    out = np.empty(points.shape)
+    for i in range(points.shape[0]):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for d in range(3):
+            out[i, d] = matrix[d, 0] * x + matrix[d, 1] * y + matrix[d, 2] * z + shift[d]
+    return out
 
 
 @kernel

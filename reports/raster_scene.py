@@ -16,6 +16,7 @@ from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
 from meshwright.audit.surface_edges import face_normals, surface_edges
 from meshwright.reports.html.shell import shell_of
+from meshwright.reports.raster_kernels import moved
 
 __all__ = ["FEATURE", "VIEWS", "Camera", "Scene", "Shapes", "scene_of", "shapes_of", "views_of"]
 
@@ -36,10 +37,11 @@ _MOST_FACES = 400_000
 class Shapes:
     """Polygons of cells, faces or points: offsets (m + 1,) into nodes, owner (m,) position in the list of rows.
 
-    middles (n, 3): mean of the finite corners of each entity, nan where there is none; sizes (n,): greatest extent of
-    its corners along an axis.
+    points (k, 3): places of their corners, which nodes count.  middles (n, 3): of each entity, the middle of the box
+    around its finite corners, nan where there is none; sizes (n,): greatest extent of that box along an axis.
     """
 
+    points: Floats
     offsets: Ints
     nodes: Ints
     owner: Ints
@@ -119,7 +121,8 @@ def shapes_of(mesh: Mesh, entity: Literal["cell", "face", "point"], rows: Rows) 
     whole = np.logical_and.reduceat(finite, offsets[:-1]) if len(owner) else np.empty(0, bool)
     kept = np.flatnonzero(whole)
     offsets, nodes = take(offsets.astype(np.int32), nodes.astype(np.int32), kept)
-    return Shapes(offsets, nodes, owner[kept], middles, sizes)
+    used, number = np.unique(nodes, return_inverse=True)
+    return Shapes(mesh.points[used], offsets, number.astype(np.int32), owner[kept], middles, sizes)
 
 
 def _polygons(mesh: Mesh, rows: Rows) -> tuple[Ints, Ints, Ints]:
@@ -196,7 +199,7 @@ class Camera:
     def fitting(points: Floats, view: str, box: tuple[float, ...], margin: float = 0.94) -> Camera:
         """The view of these points that fills a box (left, top, width, height)."""
         turn = _turn(*VIEWS[view])
-        seen = points @ turn.T
+        seen = moved(np.ascontiguousarray(points), turn, np.zeros(3))
         low, high = seen.min(axis=0), seen.max(axis=0)
         left, top, width, height = box
         wide, tall = np.maximum(high - low, 1e-12)[:2]
@@ -208,9 +211,9 @@ class Camera:
 
     def seen(self, points: Floats) -> Floats:
         """(n, 3) places on the screen: x, y downwards, and how near to the eye; all of one scale."""
-        with np.errstate(invalid="ignore", over="ignore"):
-            x, y, z = (points @ self.turn.T * self.scale).T
-        return np.column_stack([self.middle[0] + x, self.middle[1] - y, z])
+        matrix = self.turn * np.array([[self.scale], [-self.scale], [self.scale]])
+        found: Floats = moved(np.ascontiguousarray(points), matrix, np.append(self.middle, 0.0))
+        return found
 
     def shades(self, normals: Floats) -> Floats:
         """(m,) from 0 to 1: how much light from beside the eye falls on faces, either side of them."""

@@ -57,8 +57,8 @@ def view_svg(
             f"a drawing of {amount:,} lines and polygons is too much (limit {MOST_POLYGONS:,}); "
             "write a .png, or show fewer with --worst or --view"
         )
-    corners = scene.placed(mesh.points) if len(shapes.nodes) else np.empty((0, 3))
-    normals = face_normals(corners, shapes.offsets, shapes.nodes) if len(corners) else np.empty((0, 3))
+    corners = scene.placed(shapes.points)
+    normals = face_normals(corners, shapes.offsets, shapes.nodes)
     width, height = size
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">'

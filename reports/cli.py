@@ -23,6 +23,7 @@ COMMANDS = {
     "gate": "meshwright.reports.cmd_gate",
     "compare": "meshwright.reports.cmd_compare",
     "baseline": "meshwright.reports.cmd_baseline",
+    "plot": "meshwright.reports.cmd_plot",
     "formats": "meshwright.reports.cmd_formats",
 }
 """Module of each command; it holds a click command called `command` and imports no more than click."""

@@ -10,7 +10,7 @@ from meshwright.audit.errors import printable
 from meshwright.audit.metrics import DEFAULT, METRICS
 from meshwright.reports.compare_text import conclusion, delta_rows, matching_lines
 from meshwright.reports.comparison import Comparison
-from meshwright.reports.histogram_svg import histogram_svg
+from meshwright.reports.histogram_svg import HISTOGRAM_STYLE, histogram_svg
 from meshwright.reports.html.report import environment, static
 from meshwright.reports.html.sections import ICONS
 from meshwright.reports.wording import figure, size
@@ -30,7 +30,7 @@ def render_html(comparison: Comparison) -> str:
         environment()
         .get_template("compare.html.j2")
         .render(
-            css=Markup(static("report.css")),
+            css=Markup(static("report.css") + HISTOGRAM_STYLE),
             version=comparison["version"],
             conclusion=conclusion(comparison),
             verdict="fail" if comparison["worse"] else "warn" if comparison["cautions"] else "pass",

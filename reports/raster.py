@@ -1,268 +1,187 @@
-"""Pictures without a graphics card: the shell of a mesh in grey, the bad cells in colour, as an image of bytes.
+"""Pictures without a graphics card: the shell of a mesh in grey, chosen cells in colour on top, as an image of bytes.
 
-An orthographic z-buffer in twice the resolution. Cells behind the shell shine through, and one too small for a pixel
-still gets a dot.
+An orthographic z-buffer of two samples a pixel each way. What lies behind the shell shines through it, and an entity
+too small for a pixel still gets a dot; a few such get a ring as well, so that one cell among a million is found.
 """
 
 from __future__ import annotations
 
-import math
-import struct
-import zlib
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.connectivity import faces_of_cells
-from meshwright.audit.csr import take
-from meshwright.audit.jit import kernel
-from meshwright.audit.mesh import Mesh
-from meshwright.reports.html.shell import Shell, shell_of
+from meshwright.audit.errors import UsageError
+from meshwright.audit.mesh import Ints, Mesh
+from meshwright.audit.surface_edges import face_normals
+from meshwright.reports.png import png
+from meshwright.reports.raster_kernels import NOTHING, draw_dots, draw_lines, draw_polygons, pixels, plot_cells
+from meshwright.reports.raster_scene import VIEWS, Camera, Scene, Shapes, scene_of, shapes_of, views_of
 
-__all__ = ["VIEWS", "Theme", "picture", "png", "triangles_of_cells"]
+__all__ = ["DARK", "LIGHT", "VIEWS", "Theme", "boxes_of", "picture", "png"]
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Image = NDArray[np.uint8]
-
-VIEWS = {
-    "iso": (-0.62, 0.5),
-    "x": (0.0, 0.0),
-    "y": (math.pi / 2, 0.0),
-    "z": (-math.pi / 2, math.pi / 2),
-}
-"""Angles of the eye, around z from x and above the x-y plane, in radians; `iso` is in front, on the right and above."""
+Box = tuple[float, float, float, float]
 
 _SAMPLES = 2
-_DOT = 3
-_MOST_FACES = 400_000
+_SMALLEST, _LARGEST = 16, 8192
+_FEW = 24
+"""Entities up to which small ones get a ring."""
+
+_DOTS = ((200, 5.0), (3000, 3.5))
+"""Radius of a dot in samples by the number of entities; of more it is 2."""
+
+_MANY_EDGES = 0.02
+"""Edges a sample from which on only creases are drawn: more would be a grey haze."""
+
+_CREASE, _FAINT = 190, 70
+_AXIS = 20
+_GLYPHS = {
+    "x": ("#...#", ".#.#.", "..#..", ".#.#.", "#...#"),
+    "y": ("#...#", ".#.#.", "..#..", "..#..", "..#.."),
+    "z": ("#####", "...#.", "..#..", ".#...", "#####"),
+}
 
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours from 0 to 255: background, shell facing the eye and edge-on."""
+    """Colours, 0 to 255: background, shell seen edge-on and in full light, lines.
+
+    through: how much of the colour of a cell behind the shell is seen, 0 to 1.
+    """
 
     back: tuple[int, int, int] = (255, 255, 255)
-    bright: tuple[int, int, int] = (222, 227, 232)
-    dark: tuple[int, int, int] = (128, 140, 152)
+    dark: tuple[int, int, int] = (138, 150, 162)
+    bright: tuple[int, int, int] = (226, 231, 236)
+    ink: tuple[int, int, int] = (52, 64, 76)
+    through: float = 0.62
+
+
+LIGHT = Theme()
+DARK = Theme((20, 24, 29), (48, 57, 66), (108, 120, 132), (196, 206, 216))
 
 
 def picture(
     mesh: Mesh,
-    cells: Ints,
-    colours: NDArray[np.uint8],
+    rows: ArrayLike,
+    colours: ArrayLike = (192, 57, 43),
     *,
+    entity: Literal["cell", "face", "point"] = "cell",
     size: tuple[int, int] = (900, 560),
-    view: str = "iso",
-    theme: Theme | None = None,
+    view: str = "all",
+    theme: Theme = LIGHT,
 ) -> Image:
-    """(height, width, 3) the mesh with these cells in these colours (n, 3), the last on top.
+    """(height, width, 3) bytes: the mesh with these entities in these colours.
 
-    view: a key of `VIEWS`; a planar mesh is always seen from above.
+    rows: rows of cells of the mesh, of faces of `connectivity.faces`, or of points.  colours: (n, 3) one each, 0 to
+    255, or (3,) one for all. Where dots lie on each other the last is on top, elsewhere what is nearest.
+    size: (width, height) in pixels, 16 to 8192 each.  view: a key of `VIEWS`, or "all" for `iso` and the two axis views
+    that show most; a planar mesh is always seen from above. UsageError for other rows, sizes or views.
     """
-    theme = theme or Theme()
-    shell = shell_of(mesh, _MOST_FACES)
-    width, height = (_SAMPLES * side for side in size)
-    turn = _turn(*(VIEWS["z"] if mesh.dimension == 2 else VIEWS[view]))
-    corners, tri = _fans(shell)
-    at, scale = _screen(corners, turn, width, height)
-    depth = np.full((height, width), -np.inf)
-    image = np.empty((height, width, 3), np.float64)
-    image[:] = theme.back
-    shade = _shades(corners, tri, turn)
-    ends = np.array([theme.dark, theme.bright], float)
-    _draw_shell(at, tri, shade, ends, depth, image)
-    if len(cells):
-        points, triangles, owner = triangles_of_cells(mesh, cells)
-        spots = _project(points, turn, *scale)
-        _draw_cells(spots, triangles, owner, colours.astype(float), depth, image)
-        middles = np.zeros((len(cells), 3))
-        counts = np.bincount(owner, minlength=len(cells)).astype(float)
-        for d in range(3):
-            middles[:, d] = np.bincount(owner, weights=spots[triangles].mean(axis=1)[:, d], minlength=len(cells))
-        middles /= np.maximum(counts, 1)[:, None]
-        _draw_dots(middles, colours.astype(float), _DOT, image)
-    small = image.reshape(size[1], _SAMPLES, size[0], _SAMPLES, 3).mean(axis=(1, 3))
-    return np.rint(small).astype(np.uint8)
+    width, height = size
+    if not (_SMALLEST <= width <= _LARGEST and _SMALLEST <= height <= _LARGEST):
+        raise UsageError(f"a picture has {_SMALLEST} to {_LARGEST} pixels a side, not {width} x {height}")
+    chosen = np.asarray(rows, np.intp).ravel()
+    tints = np.broadcast_to(np.asarray(colours, float), (len(chosen), 3))
+    scene, shapes = scene_of(mesh), shapes_of(mesh, entity, chosen)
+    out = np.empty((height, width, 3), np.uint8)
+    out[:] = theme.back
+    corners = scene.placed(shapes.points)
+    normals = face_normals(corners, shapes.offsets, shapes.nodes)
+    for name, (left, top, wide, tall) in boxes_of(mesh, scene, view, size):
+        here = out[top : top + tall, left : left + wide]
+        room = min(wide, tall) >= 6 * _AXIS
+        edge = 1.3 * _AXIS if room and name != "iso" else 0.0  # seen askew, a mesh leaves the corners free
+        camera = Camera.fitting(scene.points, name, tuple(_SAMPLES * x for x in (edge, 0.0, wide - edge, tall - edge)))
+        _draw(scene, shapes, corners, normals, tints, camera, theme, here)
+        if room:
+            _triad(camera.turn, theme, here)
+    return out
 
 
-def _turn(around: float, above: float) -> Floats:
-    """(3, 3) rows: right, up and towards the eye."""
-    eye = np.array([math.cos(above) * math.cos(around), math.cos(above) * math.sin(around), math.sin(above)])
-    right = np.array([-math.sin(around), math.cos(around), 0.0])
-    return np.array([right, np.cross(eye, right), eye])
+def boxes_of(mesh: Mesh, scene: Scene, view: str, size: tuple[int, int]) -> list[tuple[str, tuple[int, int, int, int]]]:
+    """Which views a picture shows, and where: (left, top, width, height) of each; UsageError for an unknown one."""
+    if view != "all" and view not in VIEWS:
+        raise UsageError(f"unknown view {view!r}; there are all, {', '.join(VIEWS)}")
+    width, height = size
+    names = views_of(scene, mesh.dimension == 2) if view == "all" or mesh.dimension == 2 else (view,)
+    if len(names) == 1:
+        return [(names[0], (0, 0, width, height))]
+    n = len(names) - 1
+    if width >= 1.2 * height:
+        large = width * 5 // 8
+        return [(names[0], (0, 0, large, height))] + [
+            (name, (large, height * k // n, width - large, height * (k + 1) // n - height * k // n))
+            for k, name in enumerate(names[1:])
+        ]
+    large = height * 5 // 8
+    return [(names[0], (0, 0, width, large))] + [
+        (name, (width * k // n, large, width * (k + 1) // n - width * k // n, height - large))
+        for k, name in enumerate(names[1:])
+    ]
 
 
-def _fans(shell: Shell) -> tuple[Floats, Ints]:
-    """Points and (m, 3) triangles of the polygons, as fans."""
-    sizes = np.diff(shell.offsets)
-    counts = np.maximum(sizes - 2, 0)
-    start = np.repeat(shell.offsets[:-1], counts)
-    step = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
-    nodes = shell.nodes
-    return shell.points, np.column_stack([nodes[start], nodes[start + step + 1], nodes[start + step + 2]]).astype(
-        np.int64
-    )
-
-
-def _screen(points: Floats, turn: Floats, width: int, height: int) -> tuple[Floats, tuple[Floats, float, Floats]]:
-    """Places on the screen (x, y, depth), and what makes them of places: centre, scale, middle of the screen."""
-    sound = points[np.isfinite(points).all(axis=1)]
-    centre = (sound.min(axis=0) + sound.max(axis=0)) / 2 if len(sound) else np.zeros(3)
-    seen = (sound - centre) @ turn.T
-    low, high = (seen.min(axis=0), seen.max(axis=0)) if len(seen) else (np.zeros(3), np.ones(3))
-    span = np.maximum(high - low, 1e-300)
-    scale = 0.94 * min(width / span[0], height / span[1])
-    middle = np.array([width / 2, height / 2]) - scale * np.array([1, -1]) * (low + high)[:2] / 2
-    return _project(points, turn, centre, scale, middle), (centre, scale, middle)
-
-
-def _project(points: Floats, turn: Floats, centre: Floats, scale: float, middle: Floats) -> Floats:
+def _draw(
+    scene: Scene,
+    shapes: Shapes,
+    corners: Floats,
+    normals: Floats,
+    tints: Floats,
+    camera: Camera,
+    theme: Theme,
+    out: Image,
+) -> None:
+    """One view into its part of the picture."""
+    height, width = (_SAMPLES * side for side in out.shape[:2])
+    at = camera.seen(scene.points)
+    depth = np.full((height, width), -np.inf, np.float32)
+    shell = np.full((height, width), NOTHING, np.int32)
+    draw_polygons(at, scene.offsets, scene.nodes, depth, shell)
+    ink = np.zeros((height, width), np.uint8)
+    if len(scene.edges) < _MANY_EDGES * np.count_nonzero(shell >= 0):
+        draw_lines(at, scene.edges, 1, depth, ink, _FAINT)
+    creases: Ints = scene.feature_edges
+    if len(creases) < 4 * _MANY_EDGES * np.count_nonzero(shell >= 0):
+        draw_lines(at, creases, 2, depth, ink, _CREASE)
+    cells, dots, rings = (np.full((height, width), NOTHING, np.int32) for _ in range(3))
+    hidden, dot_hidden = np.zeros((height, width), np.uint8), np.zeros((height, width), np.uint8)
+    if len(shapes.owner):
+        own = np.full((height, width), -np.inf, np.float32)
+        plot_cells(camera.seen(corners), shapes.offsets, shapes.nodes, shapes.owner, depth, own, cells, hidden)
+    n = len(shapes.sizes)
+    radius = next((r for most, r in _DOTS if n <= most), 2.0)
     with np.errstate(invalid="ignore"):
-        seen = (points - centre) @ turn.T * scale
-    return np.column_stack([middle[0] + seen[:, 0], middle[1] - seen[:, 1], seen[:, 2]])
+        extent = shapes.sizes / scene.size * camera.scale
+    tiny = np.flatnonzero(~(extent > 2 * radius))
+    spots = camera.seen(scene.placed(shapes.middles))
+    ring = 16.0 if n <= _FEW else 0.0
+    marks, marked = np.full((height, width), NOTHING, np.int32), np.full((height, width), NOTHING, np.int32)
+    draw_dots(spots[tiny], radius, ring, depth, marks, dot_hidden, marked)
+    for into, found in ((dots, marks), (rings, marked)):
+        np.copyto(into, tiny[found].astype(np.int32) if len(tiny) else NOTHING, where=found >= 0)
+    pixels(
+        shell, camera.shades(scene.normals), ink, cells, camera.shades(normals), np.asarray(shapes.owner, np.int64),
+        hidden, dots, dot_hidden, rings, np.ascontiguousarray(tints),
+        np.array([theme.back, theme.dark, theme.bright, theme.ink], float), theme.through, out,
+    )  # fmt: skip
 
 
-def _shades(points: Floats, tri: Ints, turn: Floats) -> Floats:
-    """(m,) from 0, edge-on, to 1, facing a light beside the eye."""
-    a, b, c = (points[tri[:, k]] for k in range(3))
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        normal = np.cross(b - a, c - a)
-        normal /= np.sqrt((normal**2).sum(axis=1))[:, None]
-        light = turn[2] * 0.85 + turn[1] * 0.42 + turn[0] * 0.3
-        found: Floats = np.abs(normal @ light) / np.linalg.norm(light)
-    return np.nan_to_num(found)
-
-
-def triangles_of_cells(mesh: Mesh, cells: Ints) -> tuple[Floats, Ints, Ints]:
-    """Points, triangles (m, 3) and the number in `cells` of the cell of each."""
-    found: list[tuple[int, int, int]] = []
-    owner: list[int] = []
-    where = {int(cell): k for k, cell in enumerate(cells)}
-    table = faces_of_cells(mesh) if mesh.faces is not None else None
-    for block in mesh.blocks:
-        for at in np.flatnonzero(np.isin(block.rows, cells)).tolist():
-            k = where[int(block.rows[at])]
-            if block.items is None or block.offsets is None:
-                kind = CELL_TYPES[CELL_TYPES[block.type].corners]
-                nodes = block.nodes[at]
-                loops = [nodes[list(face)] for face in kind.faces] if kind.dimension == 3 else [nodes[: kind.n_corners]]
-            elif block.type == "polygon" or mesh.faces is None or table is None:
-                loops = [block.items[block.offsets[at] : block.offsets[at + 1]]]
-            else:
-                rows = block.items[block.offsets[at] : block.offsets[at + 1]]
-                offsets, items = take(mesh.faces.offsets, mesh.faces.nodes, rows)
-                loops = [items[offsets[i] : offsets[i + 1]] for i in range(len(rows))]
-            for loop in loops:
-                found += [(int(loop[0]), int(loop[i]), int(loop[i + 1])) for i in range(1, len(loop) - 1)]
-                owner += [k] * (len(loop) - 2)
-    return mesh.points, np.array(found, np.int64).reshape(-1, 3), np.array(owner, np.int64)
-
-
-@kernel
-def _draw_shell(at: Floats, tri: Ints, shade: Floats, ends: Floats, depth: Floats, image: Floats) -> None:
-    height, width = depth.shape
-    for t in range(tri.shape[0]):
-        ax, ay, az = at[tri[t, 0]]
-        bx, by, bz = at[tri[t, 1]]
-        cx, cy, cz = at[tri[t, 2]]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if not abs(area) > 1e-12:
-            continue
-        low_x, high_x = max(0, math.floor(min(ax, bx, cx))), min(width - 1, math.ceil(max(ax, bx, cx)))
-        low_y, high_y = max(0, math.floor(min(ay, by, cy))), min(height - 1, math.ceil(max(ay, by, cy)))
-        for y in range(low_y, high_y + 1):
-            for x in range(low_x, high_x + 1):
-                px, py = x + 0.5, y + 0.5
-                u = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area
-                v = ((cx - px) * (ay - py) - (cy - py) * (ax - px)) / area
-                w = 1.0 - u - v
-                if u < -1e-9 or v < -1e-9 or w < -1e-9:
-                    continue
-                z = u * az + v * bz + w * cz
-                if z > depth[y, x]:
-                    depth[y, x] = z
-                    for d in range(3):
-                        image[y, x, d] = ends[0, d] + (ends[1, d] - ends[0, d]) * shade[t]
-
-
-@kernel
-def _draw_cells(at: Floats, tri: Ints, owner: Ints, colours: Floats, depth: Floats, image: Floats) -> None:
-    """Cells over the shell: strong where they lie before it, half as strong where they shine through."""
-    height, width = depth.shape
-    own = np.full((height, width), -np.inf)
-    base = image.copy()
-    for t in range(tri.shape[0]):
-        ax, ay, az = at[tri[t, 0]]
-        bx, by, bz = at[tri[t, 1]]
-        cx, cy, cz = at[tri[t, 2]]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if not abs(area) > 1e-12:
-            continue
-        low_x, high_x = max(0, math.floor(min(ax, bx, cx))), min(width - 1, math.ceil(max(ax, bx, cx)))
-        low_y, high_y = max(0, math.floor(min(ay, by, cy))), min(height - 1, math.ceil(max(ay, by, cy)))
-        for y in range(low_y, high_y + 1):
-            for x in range(low_x, high_x + 1):
-                px, py = x + 0.5, y + 0.5
-                u = ((bx - px) * (cy - py) - (by - py) * (cx - px)) / area
-                v = ((cx - px) * (ay - py) - (cy - py) * (ax - px)) / area
-                w = 1.0 - u - v
-                if u < -1e-9 or v < -1e-9 or w < -1e-9:
-                    continue
-                z = u * az + v * bz + w * cz
-                if z > own[y, x]:
-                    own[y, x] = z
-                    edge = 0.72 if min(u, v, w) * math.sqrt(abs(area)) < 0.8 else 1.0
-                    strong = 1.0 if z >= depth[y, x] - 1e-6 * (1.0 + abs(z)) else 0.55
-                    for d in range(3):
-                        image[y, x, d] = base[y, x, d] * (1 - strong) + colours[owner[t], d] * edge * strong
-
-
-@kernel
-def _draw_dots(at: Floats, colours: Floats, radius: int, image: Floats) -> None:
-    height, width = image.shape[0], image.shape[1]
-    for i in range(at.shape[0]):
-        if not (math.isfinite(at[i, 0]) and math.isfinite(at[i, 1])):
-            continue
-        mx, my = int(at[i, 0]), int(at[i, 1])
-        for y in range(max(0, my - radius), min(height, my + radius + 1)):
-            for x in range(max(0, mx - radius), min(width, mx + radius + 1)):
-                if (x - mx) ** 2 + (y - my) ** 2 <= radius * radius:
-                    for d in range(3):
-                        image[y, x, d] = 0.25 * image[y, x, d] + 0.75 * colours[i, d]
-
-
-def png(image: Image) -> bytes:
-    """The image as a PNG file, in few bytes: a palette of 256 colours where they are enough, else 5 bits a channel.
-
-    Source: W3C PNG specification, third edition.
-    """
-    colours, index = _colours(image)
-    if len(colours) > 256:
-        colours, index = _colours(np.minimum((image.astype(np.int32) + 4) // 8 * 8, 255))
-    height, width = image.shape[:2]
-    if len(colours) <= 256:
-        rows = np.hstack([np.zeros((height, 1), np.uint8), index.reshape(height, width).astype(np.uint8)])
-        head, palette = (8, 3), _chunk(b"PLTE", colours.astype(np.uint8).tobytes())
-    else:
-        pixels = colours[index].reshape(height, width * 3)
-        rows = np.hstack(
-            [np.full((height, 1), 2, np.uint8), np.diff(pixels, axis=0, prepend=np.zeros((1, width * 3), np.uint8))]
-        )
-        head, palette = (8, 2), b""
-    ihdr = _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, *head, 0, 0, 0))
-    data = _chunk(b"IDAT", zlib.compress(rows.astype(np.uint8).tobytes(), 9))
-    return b"\x89PNG\r\n\x1a\n" + ihdr + palette + data + _chunk(b"IEND", b"")
-
-
-def _colours(image: NDArray[np.integer]) -> tuple[NDArray[np.uint8], Ints]:
-    """(k, 3) the colours that occur, and the number of that of each pixel."""
-    flat = image.reshape(-1, 3).astype(np.int64)
-    codes, index = np.unique(flat[:, 0] << 16 | flat[:, 1] << 8 | flat[:, 2], return_inverse=True)
-    return np.column_stack([codes >> 16, codes >> 8 & 255, codes & 255]).astype(np.uint8), index
-
-
-def _chunk(kind: bytes, data: bytes) -> bytes:
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+def _triad(turn: Floats, theme: Theme, out: Image) -> None:
+    """The three axes with their names, in the lower left corner of a view."""
+    height = out.shape[0]
+    middle = np.array([0.7 * _AXIS, height - 0.7 * _AXIS])
+    for d, name in enumerate("xyz"):
+        way = turn[:2, d] * (1.0, -1.0)
+        length = float(np.hypot(*way))
+        if length < 0.15:
+            continue  # it points at the eye
+        for t in np.linspace(0.0, 1.0, 2 * _AXIS):
+            x, y = np.rint(middle + t * _AXIS * way).astype(int)
+            out[y, x] = theme.ink
+        x, y = np.rint(middle + (_AXIS * length + 6) * way / length).astype(int)
+        for row, bits in enumerate(_GLYPHS[name]):
+            for column, bit in enumerate(bits):
+                if bit == "#":
+                    out[y + row - 2, x + column - 2] = theme.ink

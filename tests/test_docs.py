@@ -2,9 +2,12 @@
 
 import importlib.util
 import re
+import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from meshwright.audit.findings import CHECKS
 from meshwright.audit.measurement import measure
@@ -39,3 +42,38 @@ def test_the_example_of_a_new_metric_takes_twenty_lines_and_measures(tmp_path):
     box = np.array([(x, y, z) for z in (0, 4) for x, y in ((0, 0), (1, 0), (1, 2), (0, 2))], dtype=float)
     mesh = Mesh(box, (CellBlock("hex", [0], [np.arange(8)]),))
     assert measure(mesh, module.ROWS).values["ours.edge_spread"]["hex"].tolist() == [3.0]
+
+
+PLOTS = (ROOT / "docs" / "plots.md").read_text(encoding="utf-8")
+
+
+def test_every_command_of_the_page_about_pictures_draws_one(tmp_path, monkeypatch):
+    from meshwright.reports.cli import cli
+
+    demo = ROOT / "samples" / "demo.msh.gz"
+    monkeypatch.chdir(tmp_path)
+    commands = re.findall(r"`meshwright (plot [^`]*)`", PLOTS)
+    assert len(commands) == 9
+    with pytest.raises(SystemExit):
+        cli.main(["audit", str(demo), "--format", "json", "-o", "old.json", "--quiet"])
+    shutil.copy("old.json", "last-month.json")
+    for command in commands:
+        words = shlex.split(command)
+        words[1] = words[1] if words[1].endswith(".json") else str(demo)
+        with pytest.raises(SystemExit) as stop:
+            cli.main([*words, "--quiet"])
+        assert stop.value.code == 0, command
+        assert (tmp_path / words[words.index("-o") + 1]).stat().st_size > 1000
+
+
+def test_the_examples_of_the_page_about_pictures_run(tmp_path, monkeypatch):
+    import matplotlib.pyplot as plt
+
+    plt.switch_backend("Agg")
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROOT / "samples" / "cells" / "tet.msh", "wing.msh")
+    names = {}
+    for code in re.findall(r"```python\n(.*?)```", PLOTS, re.DOTALL):
+        exec(code.replace("[17, 42]", "[0]"), names)  # noqa: S102 - our own page
+    assert (tmp_path / "cells.png").read_bytes().startswith(b"\x89PNG")
+    plt.close("all")

@@ -13,12 +13,12 @@ from meshwright.audit.histograms import aligned
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
 from meshwright.audit.summary import Summary
-from meshwright.reports.histogram_svg import Mark, histogram_svg
+from meshwright.reports.histogram_marks import marks_of
+from meshwright.reports.histogram_svg import histogram_svg
 from meshwright.reports.wording import figure, number, size
 
 __all__ = ["Panels", "metric_panels", "mirrored"]
 
-_LIMIT_STATS = ("max", "min", "share", "count")
 _MOST_WORST = 12
 
 
@@ -44,22 +44,6 @@ def metric_panels(environment: Environment, document: Summary, baseline: Summary
     titles = {id_: document["definitions"][id_]["title"] for id_ in ids}
     first = "gambit.equiangle_skew" if "gambit.equiangle_skew" in html else next(iter(html), "")
     return Panels(html, titles, {id_: METRICS[id_].entity for id_ in ids}, first)
-
-
-def marks_of(document: Summary, id_: str) -> list[Mark]:
-    """The limits of rules on values of the metric: where warnings and failures begin on its own scale."""
-    found: dict[tuple[str, float], None] = {}
-    for rule in document["gate"]["rules"]:
-        if rule["metric"] != id_ or rule["stat"] not in _LIMIT_STATS or rule.get("scale"):
-            continue
-        if rule["stat"] in ("share", "count"):
-            if rule["value_beyond"] is not None:
-                found["warn", float(rule["value_beyond"])] = None
-            continue
-        for kind in ("warn", "fail"):
-            if rule[kind] is not None:
-                found[kind, float(rule[kind])] = None
-    return [(value, kind) for kind, value in list(found)[:4]]
 
 
 def _panel(document: Summary, baseline: Summary | None, id_: str) -> dict[str, Any]:

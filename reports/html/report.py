@@ -15,6 +15,7 @@ from markupsafe import Markup
 
 from meshwright.audit.run import Audit
 from meshwright.audit.summary import Summary
+from meshwright.reports.histogram_svg import HISTOGRAM_STYLE
 from meshwright.reports.html.fragments import metric_panels
 from meshwright.reports.html.payload import ViewPayload, view_payload
 from meshwright.reports.html.sections import page_data
@@ -72,7 +73,7 @@ def report_html(
         .get_template("report.html.j2")
         .render(
             **data,
-            css=Markup(static("report.css")),
+            css=Markup(static("report.css") + HISTOGRAM_STYLE),
             script=Markup(static("report.js")),
             viewer=packed_static("viewer.js"),
             view=payload.text,

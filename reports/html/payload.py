@@ -20,7 +20,7 @@ from meshwright.reports.html.shell import Shell, shell_of
 
 __all__ = ["ViewPayload", "view_payload"]
 
-_VALUES = 480_000
+_VALUES = 400_000
 """Levels in a payload: entities times metrics."""
 
 _LEAST, _MOST = 2_000, 20_000

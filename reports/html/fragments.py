@@ -110,5 +110,5 @@ def worst_row(kind: str, entry: dict[str, Any], id_: str, unit: str) -> dict[str
         "zone": "" if entry["zone"] is None else printable(entry["zone"], 200),
         "value": figure(entry["value"], unit),
         "mirror": mirrored(id_, entry["value"]) if mirror_name(id_) else "",
-        "place": ", ".join(f"{float(x):.5g}" for x in entry["centroid"]),
+        "place": ", ".join(f"{float(x):.4g}" for x in entry["centroid"]),
     }

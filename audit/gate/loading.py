@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
@@ -13,15 +13,15 @@ from pydantic import ValidationError
 from meshwright.audit.errors import UsageError
 from meshwright.audit.gate.lines import Lines
 from meshwright.audit.gate.model import GateFile
+from meshwright.audit.gate.presets import PRESET, preset
 from meshwright.audit.gate.problems import GateError, Problem, nearest, of_validation
 from meshwright.audit.gate.rules import RuleError, UnknownError, limit_of_rule
-from meshwright.audit.profiles.loading import PROFILES, load
+from meshwright.audit.profiles.loading import PROFILES
 from meshwright.audit.profiles.model import Dialect, Limit, Preset, Profile, Unmeasurable, Waiver
 from meshwright.audit.profiles.strict import parse_toml
 
-__all__ = ["PRESET", "gate_schema", "is_gate", "preset", "read_gate"]
+__all__ = ["gate_schema", "read_gate"]
 
-PRESET = "preset:"
 _DEEPEST = 10
 
 
@@ -50,17 +50,6 @@ class _Inherited:
         self.notes += profile.notes
         self.baseline = profile.baseline or self.baseline
         self.profile = profile
-
-
-def is_gate(data: dict[str, Any]) -> bool:
-    """Whether a TOML document is a gate file rather than a profile."""
-    return "limit" not in data and bool({"rule", "schema_version", "extends", "waiver", "baseline"} & data.keys())
-
-
-def preset(name: str) -> Profile:
-    """A profile that comes with the program, as a gate; UsageError for an unknown name."""
-    profile = load(name)
-    return replace(profile, presets=(Preset(profile.name, profile.version, profile.sha256),))
 
 
 def read_gate(

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from meshwright.audit.errors import UsageError, printable
-from meshwright.audit.gate.loading import PRESET, is_gate, preset, read_gate
+from meshwright.audit.gate.presets import PRESET, is_gate, preset
 from meshwright.audit.profiles.hypermesh_criteria import is_hypermesh, read_hypermesh, write_hypermesh
 from meshwright.audit.profiles.loading import check, profile_from_toml
 from meshwright.audit.profiles.mesh_quality_dict import (
@@ -42,6 +42,8 @@ def read_gate_file(path: str | Path, within: tuple[Path, ...] = ()) -> Profile:
         profile = read_mesh_quality_dict(text, shown)
     elif _TOML.search(text):
         if is_gate(parse_toml(text, shown)):
+            from meshwright.audit.gate.loading import read_gate  # noqa: PLC0415 - loads pydantic
+
             return read_gate(text, shown, read_gate_file, within or (Path(path).resolve(),))
         profile = profile_from_toml(text, shown, "gate", shown)
     else:

@@ -51,7 +51,9 @@ def comment(batch: Batch, page: Page, longest: int) -> str:
         if room < 0:
             break
         kept.append(part)
-    return "\n\n".join([*kept, "_Cut here: the whole does not fit into a comment._"]) + "\n"
+    opened = sum(part.startswith("<details>") for part in kept) - kept.count("</details>")
+    ends = ["</details>"] * opened
+    return "\n\n".join([*kept, *ends, "_Cut here: the whole does not fit into a comment._"]) + "\n"
 
 
 def _table(header: Sequence[str], align: str, rows: Iterable[Sequence[str]]) -> str:
@@ -68,9 +70,10 @@ def _document(document: dict[str, Any], page: Page) -> Iterator[str]:
         chosen = document["selection"]
         yield f"Only cells of the zones `{chosen['zone'].replace('`', '')}`: {size(chosen['cells'])}."
     if page.content == "audit":
-        yield from _judgement(document)
         yield from gate_sections(document["gate"])
+        yield from _judgement(document)
         yield from rosetta_sections(document.get("rosetta"))
+        yield "<details>\n<summary>Tables and statistics</summary>"
     yield from _tables(document)
     if page.zones:
         for table in document["zone_tables"]:
@@ -78,6 +81,7 @@ def _document(document: dict[str, Any], page: Page) -> Iterator[str]:
             yield from _tables(table)
     if page.content == "audit":
         yield from _metrics(document)
+        yield "</details>"
         if document["notes"]:
             yield "### Notes\n\n" + "\n".join(f"- {markdown(note, 400)}" for note in document["notes"])
 

@@ -112,17 +112,9 @@ def _check(document: Any, shown: str) -> None:
             shown, f"key {printable(place)!r}", f"what the schema {SCHEMA} says ({rule})", repr(error.instance)[:200]
         )
     for id_, entry in document.get("histograms", {}).items():
-        n = len(entry["labels"])
-        edges = [float(edge) for edge in entry["edges"]]
-        sizes = {len(counts) for counts in entry["counts"].values()}
-        if (
-            len(edges) != n + 1
-            or edges != sorted(set(edges))
-            or sizes - {n}
-            or len(entry["mirrored"] or entry["labels"]) != n
-        ):
+        if not _is_histogram(entry):
             raise ReadError(
-                shown, f"key 'histograms.{printable(id_)}'", "ascending edges and a count for each bin", "others"
+                shown, f"key 'histograms.{printable(id_)}'", "ascending edges, a count for each bin", "others"
             )
     for id_, rows in document.get("zone_metrics", {}).items():
         if any(row["zone"] is not None and row["zone"] >= len(document["zones"]) for row in rows):
@@ -130,6 +122,15 @@ def _check(document: Any, shown: str) -> None:
     lost = sorted(document["metrics"].keys() - document["definitions"].keys())
     if lost:
         raise ReadError(shown, "key 'definitions'", f"a definition of {printable(lost[0])}", "none")
+
+
+def _is_histogram(entry: dict[str, Any]) -> bool:
+    """Whether bins, labels and counts of an entry fit; 1e300 is an integer to the schema, but no count."""
+    n, edges = len(entry["labels"]), [float(edge) for edge in entry["edges"]]
+    rows = entry["counts"].values()
+    counted = all(len(row) == n and all(isinstance(k, int) and k < 2**53 for k in row) for row in rows)
+    ascending = len(edges) == n + 1 and edges == sorted(set(edges))
+    return ascending and counted and len(entry["mirrored"] or entry["labels"]) == n
 
 
 @cache

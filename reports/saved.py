@@ -130,7 +130,7 @@ def _is_histogram(entry: dict[str, Any]) -> bool:
     rows = entry["counts"].values()
     counted = all(len(row) == n and all(isinstance(k, int) and k < 2**53 for k in row) for row in rows)
     ascending = len(edges) == n + 1 and edges == sorted(set(edges))
-    return ascending and counted and len(entry["mirrored"] or entry["labels"]) == n
+    return ascending and counted and (entry["mirrored"] is None or len(entry["mirrored"]) == n)
 
 
 @cache

@@ -378,3 +378,16 @@ def test_javascript_and_python_unpack_the_same(open_page, block):
         there = mesh.points[nodes]
         distance = np.linalg.norm(here[:, None] - there[None], axis=2).min(axis=1)
         assert distance.max() < 1e-3
+
+
+def test_the_view_stays_beside_the_gate_and_never_lies_over_other_sections(open_page, block):
+    page = open_page(block, height=800).page
+    for section in ("h-quality", "h-findings", "h-rosetta", "h-def"):
+        page.evaluate(f"document.getElementById('{section}').scrollIntoView({{ behavior: 'instant' }})")
+        boxes = page.evaluate(
+            "[...document.querySelectorAll('main section')].map((s) => { const r = s.getBoundingClientRect();"
+            " return [r.left, r.top, r.right, r.bottom]; })"
+        )
+        for k, a in enumerate(boxes):
+            for b in boxes[k + 1 :]:
+                assert min(a[2], b[2]) - max(a[0], b[0]) <= 1 or min(a[3], b[3]) - max(a[1], b[1]) <= 1

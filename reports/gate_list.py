@@ -12,10 +12,10 @@ from rich.padding import Padding
 from rich.text import Text
 
 from meshwright.audit.errors import UsageError, printable
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.gate.loading import gate_schema
 from meshwright.audit.gate.problems import GateError
 from meshwright.audit.metrics import METRICS
-from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.profiles.loading import load
 from meshwright.audit.profiles.model import Limit, Profile
 from meshwright.audit.profiles.quantities import QUANTITIES

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from meshwright.audit.findings.options import Options
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.metrics import METRICS, select
 from meshwright.audit.profiles.baseline import Baseline
-from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.profiles.loading import PROFILES, load
 from meshwright.audit.profiles.model import Profile
 from meshwright.audit.profiles.rosetta import families

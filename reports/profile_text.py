@@ -11,8 +11,8 @@ from rich.console import RenderableType
 from rich.padding import Padding
 from rich.text import Text
 
+from meshwright.audit.gate.files import EXPORTS
 from meshwright.audit.metrics import METRICS
-from meshwright.audit.profiles.gate_files import EXPORTS
 from meshwright.audit.profiles.loading import PROFILES, read_profile
 from meshwright.audit.profiles.model import Limit, Profile
 from meshwright.audit.profiles.quantities import QUANTITIES

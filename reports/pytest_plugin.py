@@ -67,8 +67,8 @@ class MeshAudit:
         gate: name of a preset ("fluent"), path of a gate file, or a `Profile`.  baseline: a saved audit or a name.
         UsageError for a mistake in the gate, ReadError for a mesh that cannot be read.
         """
+        from meshwright.audit.gate.files import read_gate_file  # noqa: PLC0415
         from meshwright.audit.metrics import METRICS, select  # noqa: PLC0415
-        from meshwright.audit.profiles.gate_files import read_gate_file  # noqa: PLC0415
         from meshwright.audit.profiles.loading import PROFILES  # noqa: PLC0415
         from meshwright.audit.profiles.model import Profile as ProfileType  # noqa: PLC0415
         from meshwright.audit.run import audit  # noqa: PLC0415

@@ -15,8 +15,8 @@ from lxml import etree
 from markdown_it import MarkdownIt
 
 from meshwright.audit.errors import UsageError
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
-from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.run import audit
 from meshwright.audit.summary import summarise
 from meshwright.reports.cli import cli

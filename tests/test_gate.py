@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from meshwright.audit.errors import UsageError
+from meshwright.audit.gate.files import read_gate_file, write_toml
 from meshwright.audit.gate.lines import Lines
 from meshwright.audit.gate.loading import gate_schema
 from meshwright.audit.gate.problems import GateError
@@ -21,7 +22,6 @@ from meshwright.audit.mesh import CellBlock, Mesh, Zone
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.profiles.baseline import Baseline
 from meshwright.audit.profiles.evaluate import evaluate
-from meshwright.audit.profiles.gate_files import read_gate_file, write_toml
 from meshwright.audit.profiles.loading import PROFILES, read_profile
 from meshwright.audit.profiles.rule import worse_than
 from meshwright.audit.run import Audit, audit

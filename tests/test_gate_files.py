@@ -13,11 +13,11 @@ import pytest
 from click.testing import CliRunner
 
 from meshwright.audit.errors import UsageError
+from meshwright.audit.gate.files import EXPORTS, read_gate_file
 from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.profiles.evaluate import evaluate
-from meshwright.audit.profiles.gate_files import EXPORTS, read_gate_file
 from meshwright.audit.profiles.hypermesh_criteria import CRITERIA, read_hypermesh, write_hypermesh
 from meshwright.audit.profiles.loading import PROFILES, profile_from_toml, read_profile
 from meshwright.audit.profiles.mesh_quality_dict import KEYS, read_mesh_quality_dict, write_mesh_quality_dict

@@ -9,8 +9,8 @@ from click.testing import CliRunner
 from lxml import html
 from report_meshes import block_of_hexes
 
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.metrics import METRICS
-from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.profiles.loading import PROFILES, load
 from meshwright.audit.run import audit
 from meshwright.audit.summary import summarise

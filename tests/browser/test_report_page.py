@@ -12,8 +12,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent))  # helpers of the tests be
 from hostile_names import NAMES
 from report_meshes import MESHES, block_of_hexes
 
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.mesh import Mesh, Zone
-from meshwright.audit.profiles.gate_files import read_gate_file
 from meshwright.audit.profiles.loading import PROFILES, load
 from meshwright.audit.readers import read
 from meshwright.audit.run import audit

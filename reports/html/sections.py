@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import PurePosixPath
 from typing import Any
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.errors import printable
 from meshwright.audit.metrics import DEFAULT, METRICS
 from meshwright.audit.summary import Summary
 from meshwright.audit.tables import BINNINGS, SKEW
 from meshwright.reports.html.fragments import Panels, mirrored
+from meshwright.reports.html.overview import cut, facts_of, figures_of, gate_of, title_of, view_words
 from meshwright.reports.limits import (
-    baseline_text,
     beside,
-    beyond_text,
     measured_text,
-    on_text,
     rule_limit,
-    state_text,
     verdict_words,
-    worst_text,
 )
 from meshwright.reports.wording import figure, not_defined, number, percent, plural, size
 
@@ -40,7 +34,6 @@ ICONS = {
 
 _MOST_IDS = 12
 _MOST_ZONES = 60
-_NAME = 200
 _WORDS = {
     "pass": "PASS",
     "warn": "PASS WITH WARNINGS",
@@ -55,17 +48,17 @@ def page_data(
     """All names that the template of the report uses, but for its files and payloads."""
     gate = document["gate"]
     return {
-        "title": _title(document),
-        "path": _cut(document["mesh"]["path"] or "mesh"),
+        "title": title_of(document),
+        "path": cut(document["mesh"]["path"] or "mesh"),
         "version": document["version"],
         "verdict": gate["verdict"],
         "verdict_words": _WORDS[gate["verdict"]],
         "icons": ICONS,
-        "facts": _facts(document),
-        "figures": _figures(document),
-        "reasons": [_cut(reason, 400) for reason in gate["reasons"]],
-        "gate": _gate(document),
-        "view_facts": _view_words(facts),
+        "facts": facts_of(document),
+        "figures": figures_of(document),
+        "reasons": [cut(reason, 400) for reason in gate["reasons"]],
+        "gate": gate_of(document),
+        "view_facts": view_words(facts),
         "panels": panels,
         "first_panel": panels.html.get(panels.first, ""),
         "groups": _groups(panels),
@@ -80,131 +73,11 @@ def page_data(
         "findings": [_finding(f) for f in document["findings"]],
         "definitions": [METRICS[id_] for id_ in document["definitions"]],
         "missing": _missing(document),
-        "notes": [_cut(note, 500) for note in document["notes"]],
+        "notes": [cut(note, 500) for note in document["notes"]],
         "surface": _surface(document),
         "repair": None if repair is None else _repair(repair),
         "selection": document["selection"],
     }
-
-
-def _cut(text: str, longest: int = _NAME) -> str:
-    """A foreign text on one line, cut; how long it is, where it is cut."""
-    shown = printable(text, longest)
-    return f"{shown} ({size(len(text))} characters)" if len(text) > longest else shown
-
-
-def _title(document: Summary) -> str:
-    path = document["mesh"]["path"] or "mesh"
-    return _cut(PurePosixPath(path.replace("\\", "/")).name or path, 120)
-
-
-def _facts(document: Summary) -> list[tuple[str, str]]:
-    mesh, gate = document["mesh"], document["gate"]
-    order = "second order" if mesh["order"] == 2 else "first order"
-    found = [("format", f"{mesh['format']}, {mesh['dimension']}-D, {order}")]
-    found.append(("cells", ", ".join(f"{size(n)} {CELL_TYPES[k].title}" for k, n in mesh["cells"].items())))
-    if mesh["bounds"]:
-        low, high = mesh["bounds"]
-        found.append(("bounds", "  ".join(f"{a} {x:.5g} to {y:.5g}" for a, x, y in zip("xyz", low, high, strict=True))))
-    if document["selection"]:
-        chosen = document["selection"]
-        found.append(("counted", f"{size(chosen['cells'])} cells of zones {_cut(chosen['zone'])}"))
-    judged = [_cut(str(x)) for x in (gate["profile"], gate["file"]) if x]
-    if judged:
-        found.append(("judged by", " and ".join(judged)))
-    found += [
-        ("preset", f"{preset['name']} version {preset['version']}, sha256 {preset['sha256'][:12]}")
-        for preset in gate.get("presets", [])
-    ]
-    baseline = gate.get("baseline")
-    if baseline:
-        trouble = (
-            f": {_cut(baseline['trouble'])}" if baseline["trouble"] else f", version {_cut(str(baseline['version']))}"
-        )
-        found.append(("baseline", f"{_cut(baseline['path'])}{trouble}"))
-    if mesh["sha256"]:
-        found.append(("sha256", mesh["sha256"]))
-    return found
-
-
-def _figures(document: Summary) -> list[tuple[str, str]]:
-    mesh, gate = document["mesh"], document["gate"]
-    found = [(size(sum(mesh["cells"].values())), "cells"), (size(mesh["points"]), "points")]
-    skews = [number(q["worst_equiangle_skew"]) for q in document["quality"] if q["worst_equiangle_skew"] is not None]
-    if skews:
-        worst = max(skews)
-        found.append((f"{figure(worst)} | {mirrored(SKEW, worst)}", "worst equi-angle skewness, Fluent | ICEM"))
-    over = sum(q["over_0_8"] or 0 for q in document["quality"])
-    whole = sum(q["count"] for q in document["quality"] if q["over_0_8"] is not None)
-    if whole:
-        found.append((f"{size(over)}, {percent(over, whole)}", "cells with skewness > 0.8 | ICEM < 0.2"))
-    rules = gate["rules"]
-    if rules:
-        broken = sum(rule["state"] in ("fail", "warn", "incomplete") for rule in rules)
-        found.append((f"{broken} of {len(rules)}", "rules not passed"))
-    worst_findings = sum(f["severity"] in ("error", "warning") for f in document["findings"])
-    found.append((str(worst_findings), "findings of errors and warnings"))
-    return found
-
-
-def _go(entry: dict[str, Any] | None) -> dict[str, Any] | None:
-    """What a link into the view needs."""
-    if entry is None:
-        return None
-    entity = next(key for key in ("cell", "face", "point") if key in entry)
-    return {"entity": entity, "id": entry[entity]}
-
-
-def _gate(document: Summary) -> dict[str, Any]:
-    gate = document["gate"]
-    rules = [
-        {
-            "state": rule["state"],
-            "state_text": state_text(rule),
-            "name": _cut(rule["name"]),
-            "id": _cut(rule["id"]),
-            "on": _cut(on_text(rule)),
-            "scale": rule.get("scale", ""),
-            "limit": rule_limit(rule),
-            "measured": measured_text(rule),
-            "baseline": baseline_text(rule),
-            "beyond": beyond_text(rule),
-            "worst": worst_text(rule["worst"], gate["dialect"]).partition(" in ")[0],
-            "worst_title": worst_text(rule["worst"], gate["dialect"]),
-            "go": _go(rule["worst"]),
-            "zones": [f"{_cut(z['zone'], 60)}: {size(z['beyond'])}" for z in rule.get("zones", [])[:8] if z["zone"]],
-            "source": _cut(rule["source"], 300),
-            "verified": rule["verified"],
-            "reason": _cut(rule["reason"], 400),
-            "until": (rule.get("waiver") or {}).get("until", ""),
-            "cite": 0,
-        }
-        for rule in gate["rules"]
-    ]
-    sources: dict[tuple[str, bool], int] = {}
-    for rule in rules:
-        if rule["source"]:
-            rule["cite"] = sources.setdefault((rule["source"], rule["verified"]), len(sources) + 1)
-    order = ("fail", "incomplete", "warn", "waived", "info", "pass")
-    rules.sort(key=lambda rule: order.index(rule["state"]))
-    return {
-        "rules": rules,
-        "sources": list(sources),
-        "based": any(rule["baseline"] for rule in rules),
-        "not_applicable": [(_cut(e["id"]), _cut(e["reason"])) for e in gate["not_applicable"]],
-        "notes": [_cut(note, 300) for note in gate["notes"]],
-    }
-
-
-def _view_words(facts: dict[str, Any]) -> str:
-    shell = f"{size(facts['faces'])} boundary faces"
-    if facts["thinned"]:
-        shell += f", thinned from {size(facts['faces_of'])}"
-    cells = "all cells" if facts["cells"] == facts["cells_of"] else (
-        f"{size(facts['cells'])} of {size(facts['cells_of'])} cells: those of findings, the worst of every metric, and "
-        "some of every bar"
-    )  # fmt: skip
-    return f"In this file: {shell}; {cells}."
 
 
 def _groups(panels: Panels) -> list[tuple[str, list[tuple[str, str]]]]:
@@ -221,7 +94,7 @@ def _groups(panels: Panels) -> list[tuple[str, list[tuple[str, str]]]]:
 def _zone_options(document: Summary, entity: str) -> list[tuple[str, str]]:
     """(name in the payload, name as shown); the payload has it whole, and so must the value of an option."""
     zones = [zone for zone in document["zones"] if zone["entity"] == entity and zone["kind"] != "faceZone"]
-    return [(str(k), _cut(zone["name"], 60) or "(unnamed)") for k, zone in enumerate(zones)][:500]
+    return [(str(k), cut(zone["name"], 60) or "(unnamed)") for k, zone in enumerate(zones)][:500]
 
 
 def _quality(document: Summary) -> list[list[str]]:
@@ -281,7 +154,7 @@ def _heat(document: Summary) -> dict[str, Any] | None:
     cells = {id_: {row["zone"]: row for row in tables[id_]} for id_ in ids}
     rows = [
         {
-            "zone": "(no zone)" if zone is None else _cut(document["zones"][zone]["name"], 80) or "(unnamed)",
+            "zone": "(no zone)" if zone is None else cut(document["zones"][zone]["name"], 80) or "(unnamed)",
             "cells": [_heat_cell(document, id_, cells[id_].get(zone)) for id_ in ids],
         }
         for zone in list(names)[:_MOST_ZONES]
@@ -342,9 +215,9 @@ def _rosetta(document: Summary) -> dict[str, Any] | None:
 
 def _because(rule: dict[str, Any]) -> str:
     if rule["state"] == "incomplete":
-        return f"{_cut(rule['name'])}: {_cut(rule['reason'])}"
+        return f"{cut(rule['name'])}: {cut(rule['reason'])}"
     mark = "" if rule["verified"] else " (unverified)"
-    return f"{_cut(rule['name'])} {measured_text(rule)}, limit {rule_limit(rule)}{mark} on {rule['on']}"
+    return f"{cut(rule['name'])} {measured_text(rule)}, limit {rule_limit(rule)}{mark} on {rule['on']}"
 
 
 def _finding(finding: dict[str, Any]) -> dict[str, Any]:
@@ -354,7 +227,7 @@ def _finding(finding: dict[str, Any]) -> dict[str, Any]:
         "severity": finding["severity"],
         "code": finding["code"],
         "count": plural(finding["count"], entity),
-        "message": _cut(finding["message"], 1500),
+        "message": cut(finding["message"], 1500),
         "ids": ids,
         "entity": entity if entity in ("cell", "face", "point") else "",
         "more": max(0, finding["count"] - len(ids)),
@@ -402,9 +275,9 @@ def _repair(repair: dict[str, Any]) -> dict[str, Any]:
                              figure(a["mean"], unit), figure(b["mean"], unit)])  # fmt: skip
     return {
         "rows": rows,
-        "passes": [(_cut(p["name"]), size(p["changed"]), _cut(p["note"], 300)) for p in repair["passes"]],
+        "passes": [(cut(p["name"]), size(p["changed"]), cut(p["note"], 300)) for p in repair["passes"]],
         "moved": size(repair["moved_points"]),
         "deviation": figure(repair["max_deviation"], "L"),
         "kept": repair["zones_kept"],
-        "refused": [_cut(text, 300) for text in repair["refused"]],
+        "refused": [cut(text, 300) for text in repair["refused"]],
     }

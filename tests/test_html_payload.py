@@ -182,3 +182,19 @@ def test_a_large_boundary_is_thinned_and_its_shape_stays():
     header, arrays = unpack(view_payload(*audited(mesh), most_faces=600).text)
     assert len(arrays["shell.sizes"]) == len(thin.offsets) - 1
     assert header["counts"]["cell"]
+
+
+def test_of_a_selection_of_zones_only_its_cells_are_shown():
+    mesh = block_of_hexes(6)
+    found = audit(mesh, "all")
+    document = summarise(found, zone="upper")
+    header, arrays = unpack(view_payload(found, document).text)
+    ids = arrays["item.low"][: header["counts"]["cell"]]
+    assert set(ids.tolist()) == {1001 + int(row) for row in mesh.zones[1].members}
+    for entry in header["metrics"]:
+        within = levels_of_bin(len(entry["labels"]))
+        levels_ = arrays[f"m.{entry['id']}"]
+        shown = np.bincount(levels_[levels_ < NOT_DEFINED] // within, minlength=len(entry["labels"]))
+        counts = np.sum(list(document["histograms"][entry["id"]]["counts"].values()), axis=0)
+        assert (shown <= counts).all(), entry["id"]
+        assert ((shown > 0) == (counts > 0)).all(), entry["id"]

@@ -16,7 +16,9 @@ from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Mesh
 from meshwright.audit.metrics import METRICS
 from meshwright.audit.parallel import in_parallel
+from meshwright.audit.places import Places
 from meshwright.audit.run import Audit
+from meshwright.audit.summary import cells_of_zones
 
 __all__ = ["NOT_DEFINED", "UNDEFINED", "Chosen", "choose", "levels", "levels_of_bin"]
 
@@ -107,12 +109,14 @@ def choose(audit: Audit, document: dict[str, Any], most: int) -> Chosen:
         found[entity].append(_rows_of(mesh, entity, numbers))
     ids = [id_ for id_ in document["histograms"] if document["metrics"][id_]]
     bar = max(4, min(_BAR, most // (4 * max(1, len(ids)))))
-    for samples in in_parallel(lambda id_: _samples(audit, document, id_, bar), ids):
+    selection = document["selection"]
+    places = Places(mesh, None if selection is None else cells_of_zones(mesh, selection["zone"]))
+    for samples in in_parallel(lambda id_: _samples(audit, document, places, id_, bar), ids):
         for entity, rows in samples:
             found[entity].append(rows)
     if mesh.n_cells <= most:
         found["cell"].append(np.arange(mesh.n_cells))
-    made = {entity: _some(rows, most) for entity, rows in found.items()}
+    made = {entity: _counted(mesh, places, entity, _some(rows, most)) for entity, rows in found.items()}
     return Chosen(**{entity: _sound(mesh, entity, rows) for entity, rows in made.items()})
 
 
@@ -148,20 +152,32 @@ def _rows_of(mesh: Mesh, entity: str, numbers: Iterable[int]) -> Rows:
     return np.flatnonzero(np.isin(ids, wanted)).astype(np.int64)
 
 
-def _samples(audit: Audit, document: dict[str, Any], id_: str, bar: int) -> list[tuple[str, Rows]]:
+def _counted(mesh: Mesh, places: Places, entity: str, rows: Rows) -> Rows:
+    """The rows that the document counts: all, or those of the zones it is about."""
+    if entity != "cell":
+        kept = places.chosen(entity, rows)
+        return rows if kept is None else kept.astype(np.int64)
+    masks = [(block.rows, places.chosen(block.type, None)) for block in mesh.blocks]
+    if any(chosen is None for _, chosen in masks):
+        return rows
+    counted = np.zeros(mesh.n_cells, bool)
+    for cells, chosen in masks:
+        counted[cells[chosen]] = True
+    return rows[counted[rows]]
+
+
+def _samples(audit: Audit, document: dict[str, Any], places: Places, id_: str, bar: int) -> list[tuple[str, Rows]]:
     """Some of every bar of a metric, by kind of entity."""
     entry, mesh = document["histograms"][id_], audit.mesh
     inner = np.array([float(edge) for edge in entry["edges"][1:-1]], float)
     found = []
     for key, counts in entry["counts"].items():
-        values = audit.measured.values[id_][key]
-        at = _sample(values, inner, np.array(counts, np.int64), bar)
+        values, rows = audit.measured.values[id_][key], places.chosen(key, audit.measured.domain(id_, key))
+        at = _sample(values if rows is None else values[rows], inner, np.array(counts, np.int64), bar)
+        at = at if rows is None else rows[at].astype(np.int64)
         if key in CELL_TYPES:
             found.append(("cell", mesh.block(key).rows[at].astype(np.int64)))
         else:
-            domain = audit.measured.domain(id_, key)
-            if domain is not None:
-                at = at[np.isin(at, domain)]
             found.append((key, at))
     return found
 

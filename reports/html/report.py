@@ -13,11 +13,12 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from meshwright.audit.metrics import METRICS
 from meshwright.audit.run import Audit
-from meshwright.audit.summary import Summary
+from meshwright.audit.summary import Summary, cells_of_zones
 from meshwright.reports.histogram_svg import HISTOGRAM_STYLE
 from meshwright.reports.html.fragments import metric_panels
-from meshwright.reports.html.payload import ViewPayload, view_payload
+from meshwright.reports.html.payload import view_payload
 from meshwright.reports.html.sections import page_data
 from meshwright.reports.raster import picture, png
 from meshwright.reports.saved import EMBEDDED, embedded
@@ -77,7 +78,7 @@ def report_html(
             script=Markup(static("report.js")),
             viewer=packed_static("viewer.js"),
             view=payload.text,
-            picture=base64.b64encode(_picture(audit, document, payload)).decode("ascii"),
+            picture=base64.b64encode(_picture(audit, document, panels.first)).decode("ascii"),
             panels_packed=packed(json.dumps(panels.html, ensure_ascii=False)),
             embedded_id=EMBEDDED,
             document_json=Markup(embedded(document)),
@@ -85,27 +86,26 @@ def report_html(
     )
 
 
-def _picture(audit: Audit, document: Summary, payload: ViewPayload) -> bytes:
-    """The mesh with its worst cells by the first metric, for browsers without WebGL and for print."""
-    del payload
-    mesh, first = audit.mesh, next(iter(document["metrics"]), None)
-    rows = np.empty(0, np.int64)
-    if first is not None and all(key in mesh.counts for key in document["metrics"][first]):
-        parts = []
+def _picture(audit: Audit, document: Summary, first: str) -> bytes:
+    """The mesh with its worst cells by one metric, for browsers without WebGL and for print; those of findings first."""
+    mesh, selection = audit.mesh, document["selection"]
+    counted = None if selection is None else cells_of_zones(mesh, selection["zone"])
+    found = [np.empty(0, np.int64)]
+    if first and METRICS[first].entity == "cell":
         for key, raw in audit.measured.values[first].items():
-            high = document["definitions"][first]["best"] == "low"
-            values = np.nan_to_num(raw if high else -raw, nan=-np.inf)
-            few = min(_MOST_IN_PICTURE, len(values))
-            worst = np.argpartition(-values, few - 1)[:few] if few else np.empty(0, np.int64)
-            parts.append((values[worst], mesh.block(key).rows[worst]))
-        if parts:
-            badness, cells = (np.concatenate(part) for part in zip(*parts, strict=True))
-            order = np.lexsort((cells, -badness))[:_MOST_IN_PICTURE]
-            rows = cells[order].astype(np.int64)
+            rows = mesh.block(key).rows
+            badness = np.nan_to_num(raw if METRICS[first].worst_is_high else -raw, nan=-np.inf)
+            if counted is not None:
+                inside = counted[rows]
+                rows, badness = rows[inside], badness[inside]
+            few = min(_MOST_IN_PICTURE, len(rows))
+            worst = np.argpartition(-badness, few - 1)[:few] if few else np.empty(0, np.int64)
+            found.append(rows[worst[np.argsort(badness[worst], kind="stable")]].astype(np.int64))
     bad = [f for f in audit.findings if f.severity == "error" and f.entity == "cell"]
-    rows = np.concatenate([rows, *(np.asarray(f.rows[:_MOST_IN_PICTURE], np.int64) for f in bad)])
-    rows = rows[np.sort(np.unique(rows, return_index=True)[1])][::-1].copy()
-    return png(picture(mesh, rows, np.tile(np.array([_RED], np.uint8), (len(rows), 1)), size=_PICTURE))
+    found += [np.asarray(f.rows[:_MOST_IN_PICTURE], np.int64) for f in bad]
+    cells = np.concatenate(found)[::-1]
+    cells = cells[np.sort(np.unique(cells, return_index=True)[1])][::-1].copy()  # drawn last is on top
+    return png(picture(mesh, cells, np.tile(np.array([_RED], np.uint8), (len(cells), 1)), size=_PICTURE))
 
 
 def incomplete_html(path: str, reason: str) -> str:

@@ -25,7 +25,7 @@
   showTheme();
 
   if (typeof DecompressionStream === "undefined") {
-    say("This browser is too old for the 3-D view; the picture shows the worst cells by the first metric.");
+    say("This browser is too old for the 3-D view; the picture shows the worst cells.");
     document.documentElement.dataset.ready = "picture";
     return;
   }
@@ -237,7 +237,7 @@
     document.documentElement.dataset.ready = "view";
   } catch (error) {
     $("view-controls").hidden = true;
-    say(`No 3-D view: ${error.message}. The picture shows the worst cells by the first metric.`);
+    say(`No 3-D view: ${error.message}. The picture shows the worst cells.`);
     document.documentElement.dataset.ready = "picture";
     dressPanel();
   }

@@ -87,7 +87,7 @@ def report_html(
 
 
 def _picture(audit: Audit, document: Summary, first: str) -> bytes:
-    """The mesh with its worst cells by one metric, for browsers without WebGL and for print; those of findings first."""
+    """The mesh with its worst cells by one metric, for browsers without WebGL and for print; findings on top."""
     mesh, selection = audit.mesh, document["selection"]
     counted = None if selection is None else cells_of_zones(mesh, selection["zone"])
     found = [np.empty(0, np.int64)]

@@ -259,7 +259,13 @@ def test_print_shows_every_section(open_page, demo, artefacts):
     page = open_page(demo).page
     pdf = page.pdf(path=artefacts / "report.pdf", print_background=True)
     assert len(pdf) > 50_000
+    page.set_viewport_size({"width": 794, "height": 1123})  # A4
     page.emulate_media(media="print")
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    page.wait_for_timeout(100)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 794
+    assert page.locator("details:not([open])").count() == 0
+    page.screenshot(path=artefacts / "report-print.png", full_page=True)
     assert page.is_hidden("#view-controls")
     assert page.is_visible("#h-gate")
 

@@ -168,6 +168,12 @@
   }
 
   // ------------------------------------------------------------------------------------------------------------ events
+  let closed = [];
+  addEventListener("beforeprint", () => {
+    closed = [...document.querySelectorAll("details:not([open])")];
+    for (const details of closed) details.open = true;
+  });
+  addEventListener("afterprint", () => { for (const details of closed) details.open = false; });
   $("copy-as").addEventListener("change", writeSelection);
   $("copy-now").addEventListener("click", () => write($("copy-text").textContent));
   $("metric").addEventListener("change", () => chooseMetric(current()));

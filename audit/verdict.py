@@ -45,6 +45,8 @@ def gate_section(
             for rule in judgement.rules
             if rule.state == "incomplete"
         ]
+    if baseline is not None and baseline.document is None:  # it was asked for, whether or not a rule needs it
+        unmeasured.append(text(baseline.trouble))
     severities = {finding["severity"] for finding in findings}
     states = {judgement.state for judgement in judgements}
     if mesh.n_nonfinite:  # nothing can be said about such a mesh, good or bad

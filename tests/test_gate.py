@@ -573,6 +573,8 @@ def test_warnings_may_fail(tmp_path):
         ("1 0 0 0", rule('stat = "max"\nno_worse = true'), ["--baseline", "nowhere.json"], "could not be read"),
         ("1 0 0 0", rule('stat = "max"\nno_worse = true\non_missing = "ignore"'), ["--baseline", "nowhere.json"], "could not be read"),
         ("1 0 0 0", rule('stat = "max"\nle = 1\nwhere = { zone = "wng*" }'), [], "no zone is called"),
+        ("1 0 0 0", GOOD, ["--baseline", "nowhere.json"], "could not be read"),
+        ("1 0 0 0", 'baseline = "file:nowhere.json"\n' + GOOD, [], "could not be read"),
     ],
 )  # fmt: skip
 def test_what_could_not_be_checked_is_incomplete_and_status_3(tmp_path, corner, text, options, words):

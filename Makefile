@@ -10,7 +10,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
-SOURCES = pyproject.toml README.md $(shell find audit reports -type f -not -path '*/__pycache__/*')
+SOURCES = pyproject.toml README.md $(shell find audit repair reports -type f -not -path '*/__pycache__/*')
 
 .PHONY: viewer demo test lint types check fuzz torture bench samples clean
 
@@ -30,7 +30,7 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff check .
 
 types: $(VENV)/.dev
-	cd tests && ../$(BIN)/mypy --config-file ../pyproject.toml -p meshwright.audit -p meshwright.reports
+	cd tests && ../$(BIN)/mypy --config-file ../pyproject.toml -p meshwright.audit -p meshwright.repair -p meshwright.reports
 
 check: lint types test
 

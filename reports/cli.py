@@ -17,6 +17,7 @@ __all__ = ["COMMANDS", "cli", "main"]
 
 COMMANDS = {
     "audit": "meshwright.reports.cmd_audit",
+    "repair": "meshwright.reports.cmd_repair",
     "table": "meshwright.reports.cmd_table",
     "explain": "meshwright.reports.cmd_explain",
     "profiles": "meshwright.reports.cmd_profiles",

@@ -1,0 +1,95 @@
+"""A mesh with other points or cells, its zones, boundary elements and numbers carried along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from meshwright.audit.errors import MeshError
+from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
+
+__all__ = ["assignable", "with_cells", "with_points", "without_points"]
+
+
+def assignable(mesh: Mesh) -> None:
+    """MeshError where the cells of this mesh cannot be rewired: polyhedra, polygons and faces of their own."""
+    if mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
+        raise MeshError("cells given by their faces (polyhedra, polygons) cannot be rewired, only moved")
+
+
+def with_points(mesh: Mesh, points: Floats) -> Mesh:
+    """The same mesh with its points elsewhere; the very object where no coordinate has another value."""
+    return mesh if np.array_equal(points, mesh.points, equal_nan=True) else replace(mesh, points=points)
+
+
+def with_cells(mesh: Mesh, cells: Mapping[str, tuple[Ints, Ints]]) -> tuple[Mesh, Ints]:
+    """(mesh, cells_from): its cells of each type replaced by (nodes (m, k), row of the cell each descends from).
+
+    Types not named stay. Cells stand in the order of the rows they descend from; a new cell is in the zones of its
+    parent. A cell that is the only one of its parent keeps its number, the others get new ones.
+    """
+    assignable(mesh)
+    kept = {block.type: (block.nodes, block.rows) for block in mesh.blocks}
+    kept.update(cells)
+    kept = {name: pair for name, pair in kept.items() if len(pair[1])}
+    parents = np.concatenate([np.asarray(rows, dtype=np.int64) for _, rows in kept.values()])
+    order = np.argsort(parents, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    blocks, at = [], 0
+    for name, (nodes, rows) in kept.items():
+        here = place[at : at + len(rows)]
+        at += len(rows)
+        inside = np.argsort(here, kind="stable")
+        blocks.append(CellBlock(name, here[inside], np.asarray(nodes)[inside]))
+    cells_from = parents[order]
+    zones = tuple(
+        _of_children(zone, cells_from, mesh.n_cells) if zone.entity == "cell" else zone for zone in mesh.zones
+    )
+    ids = None
+    if mesh.cell_ids is not None:
+        ids = mesh.cell_ids[cells_from].astype(np.int64)
+        again = np.flatnonzero(np.r_[False, cells_from[1:] == cells_from[:-1]])
+        ids[again] = int(mesh.cell_ids.max()) + 1 + np.arange(len(again))
+    return replace(mesh, blocks=tuple(blocks), zones=zones, cell_ids=ids), cells_from
+
+
+def _of_children(zone: Zone, cells_from: Ints, n_before: int) -> Zone:
+    inside = np.zeros(n_before, np.bool_)
+    inside[zone.members] = True
+    return replace(zone, members=np.flatnonzero(inside[cells_from]))
+
+
+def without_points(mesh: Mesh, keep: Ints, into: Ints) -> tuple[Mesh, Ints]:
+    """(mesh, points_from): only the points `keep` (rows, ascending); into (n,): the row each old point becomes, or -1.
+
+    Every point that a cell or boundary element names must become one that is kept.
+    """
+    assignable(mesh)
+
+    def renamed(block: CellBlock) -> CellBlock:
+        return CellBlock(block.type, block.rows, into[block.nodes])
+
+    zones = []
+    for zone in mesh.zones:
+        if zone.entity == "point":
+            rows = into[zone.members]
+            zones.append(replace(zone, members=np.unique(rows[rows >= 0])))
+        else:
+            zones.append(zone)
+    spare = mesh.spare_points
+    if spare is not None:
+        spare = into[spare]
+        spare = spare[spare >= 0]
+    fresh = replace(
+        mesh,
+        points=mesh.points[keep],
+        blocks=tuple(map(renamed, mesh.blocks)),
+        boundary=tuple(map(renamed, mesh.boundary)),
+        zones=tuple(zones),
+        point_ids=None if mesh.point_ids is None else mesh.point_ids[keep],
+        spare_points=spare,
+    )
+    return fresh, np.asarray(keep)

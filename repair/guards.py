@@ -1,0 +1,125 @@
+"""What must hold across every pass, whatever it is. One broken invariant rolls it back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshwright.audit.geometry import cell_geometry
+from meshwright.audit.mesh import Ints, Mesh
+from meshwright.repair.held import held_points
+from meshwright.repair.outcome import Options, Outcome, Pass
+from meshwright.repair.quality import Standing
+
+__all__ = ["broken", "padded"]
+
+_VOLUME = 1e-12
+_ROUNDING = 1e-9
+
+
+def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Standing, options: Options) -> str:
+    """The invariant that the outcome of a pass breaks, in words; "" where it keeps them all."""
+    new = outcome.mesh
+    if new.n_nonfinite:
+        return f"{new.n_nonfinite} points would have no finite coordinates"
+    if after.bad > before.bad:
+        return f"{after.bad - before.bad} more cells would be inverted or degenerate"
+    if [zone.name for zone in new.zones] != [zone.name for zone in mesh.zones]:
+        return "zones would be lost"
+    emptied = [z.name for z, old in zip(new.zones, mesh.zones, strict=True) if len(old.members) and not len(z.members)]
+    if emptied and row.keeps_volume:
+        return f"zone {emptied[0]!r} would lose its last member"
+    origin = np.arange(len(new.points)) if outcome.points_from is None else outcome.points_from
+    stays = held_points(mesh, options)
+    carried = np.zeros(len(mesh.points), bool)
+    old = origin >= 0
+    carried[origin[old]] = True
+    still = old & stays[np.where(old, origin, 0)]
+    if not np.array_equal(new.points[still].view(np.int64), mesh.points[origin[still]].view(np.int64)):
+        return "a point that is held would move"
+    if row.keeps_volume and row.keeps_orientation:
+        fault = _volume_change(mesh, new)
+        if fault:
+            return fault
+    return _worse_somewhere(mesh, outcome, before, after) if row.keeps_orientation and row.keeps_volume else ""
+
+
+def _volume_change(mesh: Mesh, new: Mesh) -> str:
+    if mesh.cell_dimension == 2 and mesh.dimension == 3:
+        return ""  # the area of a curved surface is not kept by moving its points in it
+    a, b = cell_geometry(mesh).volume, cell_geometry(new).volume
+    one, two = float(np.sum(a)), float(np.sum(b))
+    scale = max(float(np.sum(np.abs(b))), abs(one))
+    if abs(two - one) > _VOLUME * scale and not (np.any(a <= 0.0) and mesh.cell_dimension == 2):
+        return f"the volume would change from {one:.17g} to {two:.17g}"
+    return ""
+
+
+def _worse_somewhere(mesh: Mesh, outcome: Outcome, before: Standing, after: Standing) -> str:
+    """The worst cell of each connected region that changes may not get worse."""
+    old_touched, new_touched = _touched(mesh, outcome)
+    if not len(old_touched) or not len(new_touched):
+        return ""
+    region_old, region_new, n = _regions(mesh, outcome, old_touched, new_touched)
+    low_old, low_new = np.full(n, np.inf), np.full(n, np.inf)
+    np.minimum.at(low_old, region_old, before.quality[old_touched])
+    np.minimum.at(low_new, region_new, after.quality[new_touched])
+    worse = low_new < low_old - _ROUNDING
+    if worse.any():
+        at = int(np.argmax(low_old - low_new))
+        return f"the worst cell of a neighbourhood would fall from {low_old[at]:.4g} to {low_new[at]:.4g}"
+    return ""
+
+
+def _touched(mesh: Mesh, outcome: Outcome) -> tuple[Ints, Ints]:
+    """(rows before, rows after) of the cells whose nodes or places of nodes are not the same."""
+    new = outcome.mesh
+    cells_from = np.arange(new.n_cells) if outcome.cells_from is None else outcome.cells_from
+    old_nodes, new_nodes = padded(mesh), padded(new)
+    origin = np.arange(len(new.points)) if outcome.points_from is None else outcome.points_from
+    name = np.append(origin, -1)[new_nodes]
+    width = max(name.shape[1], old_nodes.shape[1])
+    name = np.pad(name, ((0, 0), (0, width - name.shape[1])), constant_values=-1)
+    was = np.pad(old_nodes, ((0, 0), (0, width - old_nodes.shape[1])), constant_values=-1)
+    same = (name == was[cells_from]).all(axis=1)
+    moved = np.zeros(len(new.points) + 1, bool)
+    old = origin >= 0
+    moved[:-1][old] = (new.points[old] != mesh.points[origin[old]]).any(axis=1)
+    moved[:-1][~old] = True
+    new_touched = ~same | moved[new_nodes].any(axis=1)
+    untouched = np.zeros(mesh.n_cells, bool)
+    untouched[cells_from[~new_touched]] = True
+    return np.flatnonzero(~untouched), np.flatnonzero(new_touched)
+
+
+def padded(mesh: Mesh) -> Ints:
+    """(n_cells, k) nodes of every cell, -1 where it has fewer than the largest."""
+    width = max((b.nodes.shape[1] for b in mesh.blocks if b.items is None), default=0)
+    out = np.full((mesh.n_cells, max(width, 1)), -1, np.int64)
+    for block in mesh.blocks:
+        if block.items is None:
+            out[block.rows, : block.nodes.shape[1]] = block.nodes
+    return out
+
+
+def _regions(mesh: Mesh, outcome: Outcome, old_rows: Ints, new_rows: Ints) -> tuple[Ints, Ints, int]:
+    """Region of each touched cell: cells are in one region where they share a point, before or after."""
+    from scipy.sparse import coo_array  # noqa: PLC0415 - slow to import
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    new = outcome.mesh
+    origin = np.arange(len(new.points)) if outcome.points_from is None else outcome.points_from
+    name = np.where(origin >= 0, origin, len(mesh.points) + np.arange(len(origin)))
+    n_old, n_new = len(old_rows), len(new_rows)
+    a = padded(mesh)[old_rows]
+    b = np.append(name, -1)[padded(new)[new_rows]]
+    cells = np.concatenate([np.repeat(np.arange(n_old), a.shape[1]), n_old + np.repeat(np.arange(n_new), b.shape[1])])
+    nodes = np.concatenate([a.ravel(), b.ravel()])
+    inside = nodes >= 0
+    n = n_old + n_new
+    links = coo_array(
+        (np.ones(int(inside.sum()), np.int8), (cells[inside], n + nodes[inside])),
+        shape=(n + len(mesh.points) + len(origin),) * 2,
+    )
+    label = connected_components(links, directed=False)[1][:n]
+    _, label = np.unique(label, return_inverse=True)
+    return label[:n_old], label[n_old:], int(label.max()) + 1

@@ -1,0 +1,207 @@
+"""Handedness: cells that look inside out are reversed, decided by their neighbours and never by their own Jacobian.
+
+Two cells agree where they walk their common face in opposite directions. Cells are joined into components by that, and
+the sign of a component's total volume (area in the plane) says which side of it is right. A tangled cell keeps its
+order, a well-shaped one of the wrong hand does not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.geometry import cell_geometry
+from meshwright.audit.jit import kernel
+from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh
+from meshwright.repair.outcome import Options, Outcome
+
+__all__ = ["mirrored", "orient"]
+
+_MIRROR = {
+    "tri": (0, 2, 1), "quad": (0, 3, 2, 1), "tet": (0, 2, 1, 3), "pyramid": (0, 3, 2, 1, 4),
+    "wedge": (3, 4, 5, 0, 1, 2),
+    "hex": (4, 5, 6, 7, 0, 1, 2, 3),
+}  # fmt: skip
+"""Order of the corners of a cell of the other hand, by type."""
+
+
+def mirrored(name: str) -> tuple[int, ...] | None:
+    """Node order that turns a cell of this type inside out; None where the type has no known one."""
+    kind = CELL_TYPES[name]
+    corners = _MIRROR.get(kind.corners)
+    if corners is None:
+        return None
+    n = len(corners)
+    order = list(corners)
+    edges = [frozenset(edge) for edge in kind.edges]
+    middle = dict(zip(edges, kind.mid_edges, strict=False))
+    if kind.order > 1:
+        order += [middle[frozenset(corners[c] for c in edge)] for edge in edges]
+        rest = kind.n_nodes - n - len(edges)
+        if rest > 1:
+            return None  # nodes inside faces: their order differs between formats
+        order += range(kind.n_nodes - rest, kind.n_nodes)
+    return tuple(order)
+
+
+def orient(mesh: Mesh, options: Options) -> Outcome:
+    """Reverse the cells whose hand differs from that of their component."""
+    if mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
+        return Outcome(
+            mesh, 0, refused=("cells given by their faces are not turned: their faces' order is the mesh's",)
+        )
+    first, second, alike = _meetings(mesh)
+    component, turned, torn = _components(mesh.n_cells, first, second, alike)
+    reverse = turned.astype(bool)
+    weights = _weights(mesh)
+    n = int(component.max()) + 1
+    total = np.bincount(component, np.where(reverse, -weights, weights), minlength=n)
+    share = np.bincount(component, np.abs(weights), minlength=n)
+    undecided = np.abs(total) <= 1e-12 * share
+    majority = np.bincount(component, reverse, minlength=n) * 2 > np.bincount(component, minlength=n)
+    flip = np.where(undecided, majority, total < 0.0)
+    if mesh.dimension == 3 and mesh.cell_dimension == 2:
+        open_ = np.zeros(n, bool)
+        open_[component[_with_free_edges(mesh, first, second)]] = True
+        flip = np.where(open_, majority, flip)
+    reverse ^= flip[component]
+    refused = []
+    bad = np.unique(component[torn])
+    if len(bad):
+        reverse[np.isin(component, bad)] = False
+        refused.append(f"{len(bad)} part(s) of the mesh cannot be oriented: their cells form a one-sided band")
+    blocks, changed = [], 0
+    for block in mesh.blocks:
+        here = reverse[block.rows]
+        order = mirrored(block.type)
+        if here.any() and order is None:
+            refused.append(f"{int(here.sum())} {block.type} cells look inside out, but their node order is not known")
+        elif here.any():
+            nodes = np.array(block.nodes)
+            nodes[here] = nodes[here][:, order]
+            changed += int(here.sum())
+            block = CellBlock(block.type, block.rows, nodes)  # noqa: PLW2901
+        blocks.append(block)
+    if not changed:
+        return Outcome(mesh, 0, refused=tuple(refused))
+    return Outcome(replace(mesh, blocks=tuple(blocks)), changed, "cells reversed", refused=tuple(refused))
+
+
+def _weights(mesh: Mesh) -> Floats:
+    """(n_cells,) signed volume, or signed area in the plane; of a shell the volume of the cone to its centre."""
+    if mesh.cell_dimension == 3 or mesh.dimension == 2:
+        volume = cell_geometry(mesh).volume
+        if mesh.cell_dimension == 3:
+            return np.nan_to_num(volume)
+        return np.nan_to_num(_plane_areas(mesh))
+    out = np.zeros(mesh.n_cells)
+    used = np.concatenate([block.nodes.ravel() for block in mesh.blocks])
+    centre = mesh.points[used].mean(axis=0)
+    for block in mesh.blocks:
+        x = mesh.points[block.nodes[:, : CELL_TYPES[block.type].n_corners]] - centre
+        for k in range(1, x.shape[1] - 1):
+            out[block.rows] += np.einsum("ij,ij->i", x[:, 0], np.cross(x[:, k], x[:, k + 1])) / 6.0
+    return np.nan_to_num(out)
+
+
+def _plane_areas(mesh: Mesh) -> Floats:
+    out = np.zeros(mesh.n_cells)
+    for block in mesh.blocks:
+        x = mesh.points[block.nodes[:, : CELL_TYPES[block.type].n_corners], :2]
+        y = np.roll(x, -1, axis=1)
+        out[block.rows] = 0.5 * (x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum(axis=1)
+    return out
+
+
+def _sides(mesh: Mesh) -> tuple[Ints, NDArray, Ints]:
+    """(cell, keys (h, 4), second node) of each side of each cell, its loop begun at the smallest node.
+
+    keys: the sorted nodes, -1 first for fewer than four. Of two cells that meet in a side with the same second node,
+    both walk it the same way. In a mesh of 2-D cells sides are edges, and the second node is the end of the walk.
+    """
+    cells, keys, seconds = [], [], []
+    for block in mesh.blocks:
+        kind = CELL_TYPES[block.type]
+        sides = kind.faces if mesh.cell_dimension == 3 else kind.edges
+        for side in sides:
+            nodes = block.nodes[:, list(side)].astype(np.int64)
+            if nodes.shape[1] == 2:
+                second = nodes[:, 1]
+            else:
+                at = nodes.argmin(axis=1)
+                second = nodes[np.arange(len(nodes)), (at + 1) % nodes.shape[1]]
+            key = np.full((len(nodes), 4), -1, np.int64)
+            key[:, 4 - nodes.shape[1] :] = np.sort(nodes, axis=1)
+            cells.append(block.rows)
+            keys.append(key)
+            seconds.append(second)
+    return np.concatenate(cells).astype(np.int64), np.concatenate(keys), np.concatenate(seconds)
+
+
+def _meetings(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
+    """(first, second, alike) of every side that exactly two cells share: the cells, and 1 where both walk it alike."""
+    cells, keys, seconds = _sides(mesh)
+    order = np.lexsort((keys[:, 3], keys[:, 2], keys[:, 1], keys[:, 0]))
+    keys = keys[order]
+    same = np.r_[(keys[1:] == keys[:-1]).all(axis=1), False]
+    before = np.r_[False, same[:-1]]
+    after = np.r_[same[1:], False]
+    at = np.flatnonzero(same & ~before & ~after)
+    a, b = order[at], order[at + 1]
+    return cells[a], cells[b], (seconds[a] == seconds[b]).astype(np.int64)
+
+
+def _with_free_edges(mesh: Mesh, first: Ints, second: Ints) -> Ints:
+    """Cells that have a side which they do not share with exactly one other."""
+    sides = np.zeros(mesh.n_cells, np.int64)
+    for block in mesh.blocks:
+        sides[block.rows] = len(CELL_TYPES[block.type].edges)
+    met = np.bincount(first, minlength=mesh.n_cells) + np.bincount(second, minlength=mesh.n_cells)
+    return np.flatnonzero(met < sides)
+
+
+@kernel
+def _components(n: int, first: Ints, second: Ints, alike: Ints) -> tuple[Ints, Ints, Ints]:
+    """(component, turned, torn): joined cells, whether each is turned against the first of its component, and the
+    cells at which that contradicts itself."""
+    degree = np.zeros(n + 1, np.int64)
+    for i in range(first.size):
+        degree[first[i] + 1] += 1
+        degree[second[i] + 1] += 1
+    for c in range(n):
+        degree[c + 1] += degree[c]
+    cursor = degree[:-1].copy()
+    links = np.empty(2 * first.size, np.int64)
+    for i in range(first.size):
+        links[cursor[first[i]]] = 2 * second[i] + alike[i]
+        cursor[first[i]] += 1
+        links[cursor[second[i]]] = 2 * first[i] + alike[i]
+        cursor[second[i]] += 1
+    component = np.full(n, -1, np.int64)
+    turned = np.zeros(n, np.int64)
+    torn = np.zeros(n, np.bool_)
+    stack = np.empty(n, np.int64)
+    found = 0
+    for start in range(n):
+        if component[start] >= 0:
+            continue
+        component[start] = found
+        stack[0] = start
+        top = 1
+        while top:
+            top -= 1
+            c = stack[top]
+            for i in range(degree[c], degree[c + 1]):
+                d, flips = links[i] // 2, links[i] % 2
+                if component[d] < 0:
+                    component[d] = found
+                    turned[d] = turned[c] ^ flips
+                    stack[top] = d
+                    top += 1
+                elif turned[d] != turned[c] ^ flips:
+                    torn[c] = True
+        found += 1
+    return component, turned, np.flatnonzero(torn)

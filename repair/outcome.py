@@ -1,0 +1,67 @@
+"""What a pass gives back, and what a pass may not touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from meshwright.audit.mesh import Ints, Mesh
+
+__all__ = ["Options", "Outcome", "Pass", "Tell"]
+
+Tell = Callable[[str, int, int], None]
+
+
+def _silent(stage: str, done: int, of: int) -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A pass's proposal.
+
+    mesh: the mesh it proposes, the very object it was given where nothing is to be done.
+    changed: entities changed, in the unit that `note` names.
+    points_from, cells_from: (n,) for each point and cell of `mesh` the row in the mesh before: that it is, or, for
+    cells, that it descends from; -1 for a new point. None where the rows are the same.
+    refused: sentences on what could not be mended and what stands in the way.
+    """
+
+    mesh: Mesh
+    changed: int
+    note: str = ""
+    points_from: Ints | None = None
+    cells_from: Ints | None = None
+    refused: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Options:
+    """What the user may choose.
+
+    hold: globs of zones whose points stay. tolerance: distance within which `weld` joins points, None for its default.
+    tell: is told (stage, done, of) and may raise to cancel.
+    """
+
+    hold: tuple[str, ...] = ()
+    tolerance: float | None = None
+    tell: Tell = field(default=_silent, compare=False)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """A row of the table of passes.
+
+    name: as on the command line. title: what it does, for people. run: (mesh, options) -> Outcome; the mesh is never
+    changed in place. repeats: worth running again on its own outcome until it gains nothing more; its outcome counts
+    only where the quality has risen, so that a second run finds nothing to do. keeps_volume, keeps_orientation: what
+    the driver demands of it.
+    """
+
+    name: str
+    title: str
+    run: Callable[[Mesh, Options], Outcome]
+    repeats: bool = False
+    keeps_volume: bool = True
+    keeps_orientation: bool = True
+    explicit: bool = False

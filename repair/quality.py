@@ -1,0 +1,63 @@
+"""The measures by which the driver judges a pass: per cell, the same for every pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from meshwright.audit.measurement import measure
+from meshwright.audit.mesh import Floats, Mesh
+from meshwright.audit.parallel import workers
+
+__all__ = ["SHAPE", "Standing", "standing", "worst_first"]
+
+SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
+"""Metrics that tell how good a cell's shape is, whatever its type."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """quality: (n_cells,) minimum of the scaled Jacobian and 1 - equiangle skew; below 0 where a cell is inverted.
+
+    bad: number of cells that are inverted or degenerate. Measured once per mesh.
+    """
+
+    quality: Floats
+    bad: int
+
+    @property
+    def worst(self) -> float:
+        """Quality of the worst cell."""
+        return float(self.quality.min())
+
+    def levels(self) -> Floats:
+        """The worst and the means of the quality cut off at rising levels: what a pass must raise to count.
+
+        After Klingner and Shewchuk, "Aggressive tetrahedral mesh improvement" (2007).
+        """
+        cuts = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0)
+        return np.array([self.worst, *(float(np.minimum(self.quality, cut).mean()) for cut in cuts)])
+
+
+def standing(mesh: Mesh) -> Standing:
+    """How good the cells of the mesh are."""
+    quality = np.full(mesh.n_cells, np.inf)
+    measured = measure(mesh, SHAPE, threads=workers())
+    for name, values in measured.values[SHAPE[0]].items():
+        rows = mesh.block(name).rows
+        quality[rows] = np.where(np.isnan(values), -1.0, values)
+    for name, values in measured.values[SHAPE[1]].items():
+        rows = mesh.block(name).rows
+        quality[rows] = np.minimum(quality[rows], np.where(np.isnan(values), -1.0, 1.0 - values))
+    quality = np.where(np.isfinite(quality), quality, -1.0)
+    return Standing(quality, int(np.count_nonzero(quality <= 0.0)))
+
+
+def worst_first(before: Standing, after: Standing, least: float = 1e-3) -> bool:
+    """Whether `after` is an improvement worth keeping: fewer bad cells, or a level raised and none let down."""
+    if after.bad != before.bad:
+        return after.bad < before.bad
+    gain = after.levels() - before.levels()
+    scale = np.maximum(np.abs(before.levels()), 1e-3)
+    return bool((gain >= -1e-9).all() and (gain > least * scale).any())

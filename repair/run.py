@@ -1,0 +1,171 @@
+"""The driver: passes propose, it disposes. Every pass is a transaction: its outcome is kept whole or not at all."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from meshwright.audit.errors import MeshError
+from meshwright.audit.mesh import Ints, Mesh
+from meshwright.audit.parallel import limited_to
+from meshwright.repair.guards import broken
+from meshwright.repair.outcome import Options, Outcome, Pass
+from meshwright.repair.passes import select_passes
+from meshwright.repair.quality import Standing, standing, worst_first
+
+__all__ = ["Repair", "Step", "repair"]
+
+_MOST_REPEATS = 12
+_MOST_ROUNDS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One transaction that was kept, or one that was not and why.
+
+    name: of the pass. state: "kept", "rolled back" or "refused". changed, note: as of `Outcome`. reason: why it was
+    rolled back or refused. before, after: the meshes, the same where nothing was kept. points_from, cells_from: as of
+    `Outcome`.
+    """
+
+    name: str
+    state: str
+    changed: int
+    note: str
+    reason: str
+    before: Mesh
+    after: Mesh
+    points_from: Ints | None
+    cells_from: Ints | None
+    worst_before: float
+    worst_after: float
+    bad_before: int
+    bad_after: int
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Repair:
+    """What a repair did. before and after are meshes; steps tells how the one became the other."""
+
+    before: Mesh
+    after: Mesh
+    steps: tuple[Step, ...]
+    refused: tuple[str, ...]
+    limits: tuple[str, ...]
+    first: Standing
+    last: Standing
+
+    @property
+    def changed(self) -> bool:
+        """Whether the mesh is another one now."""
+        return self.after is not self.before
+
+    @property
+    def moved_points(self) -> int:
+        """Points that are still there and elsewhere."""
+        return int(np.count_nonzero(self._moves() > 0.0))
+
+    @property
+    def max_deviation(self) -> float:
+        """Longest way of a point."""
+        moves = self._moves()
+        return float(moves.max()) if len(moves) else 0.0
+
+    def _moves(self) -> Any:
+        origin = np.arange(len(self.after.points))
+        for step in reversed([s for s in self.steps if s.state == "kept" and s.points_from is not None]):
+            origin = np.where(origin >= 0, np.asarray(step.points_from)[origin], -1)
+        old = origin >= 0
+        gap = self.after.points[old] - self.before.points[origin[old]]
+        return np.sqrt((gap * gap).sum(axis=1))
+
+
+def repair(
+    mesh: Mesh,
+    passes: str | None = None,
+    *,
+    hold: tuple[str, ...] = (),
+    tolerance: float | None = None,
+    threads: int | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Repair:
+    """Repair a mesh; it is not changed, the result holds a new one.
+
+    passes: names with commas, None for those that are safe on every mesh; they run in the order of `PASSES`.
+    hold: globs of zones whose points stay; boundaries and borders of zones always stay. tolerance: of `weld`.
+    threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
+    Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
+    """
+    chosen = select_passes(passes)
+    options = Options(hold, tolerance, progress) if progress is not None else Options(hold, tolerance)
+    if mesh.n_nonfinite:
+        raise MeshError(
+            f"{mesh.n_nonfinite} points have coordinates that are nan or infinite; no pass can tell where they belong"
+        )
+    with limited_to(threads):
+        return _repair(mesh, chosen, options)
+
+
+def _repair(mesh: Mesh, chosen: tuple[Pass, ...], options: Options) -> Repair:
+    first = now = standing(mesh)
+    current = mesh
+    steps: list[Step] = []
+    refused: list[str] = []
+    # Rounds go on until a whole one keeps nothing. A second run then begins where this one ended, proposes what was
+    # rolled back here, and rolls it back again: nothing is left for it to change.
+    for _ in range(_MOST_ROUNDS):
+        kept = 0
+        for row in chosen:
+            for _ in range(_MOST_REPEATS if row.repeats else 1):
+                step, after = _transaction(row, current, now, options, refused)
+                if step is None:
+                    break
+                steps.append(step)
+                if step.state != "kept":
+                    break
+                kept += 1
+                current, now = step.after, after
+        if not kept:
+            break
+    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), (), first, now)
+
+
+def _transaction(
+    row: Pass, mesh: Mesh, now: Standing, options: Options, refused: list[str]
+) -> tuple[Step | None, Standing]:
+    """One pass on one mesh; None where it found nothing to do."""
+    start = time.perf_counter()
+
+    def step(state: str, reason: str, outcome: Outcome | None, after: Standing) -> Step:
+        kept = state == "kept"
+        return Step(
+            name=row.name, state=state, changed=outcome.changed if outcome and kept else 0,
+            note=outcome.note if outcome else "", reason=reason, before=mesh,
+            after=outcome.mesh if outcome and kept else mesh,
+            points_from=outcome.points_from if outcome and kept else None,
+            cells_from=outcome.cells_from if outcome and kept else None,
+            worst_before=now.worst, worst_after=after.worst, bad_before=now.bad, bad_after=after.bad,
+            seconds=time.perf_counter() - start,
+        )  # fmt: skip
+
+    try:
+        outcome = row.run(mesh, options)
+    except MeshError as error:
+        refused.append(f"{row.name}: {error}")
+        return step("refused", str(error), None, now), now
+    refused += [f"{row.name}: {text}" for text in outcome.refused]
+    if outcome.mesh is mesh:
+        return None, now
+    after = standing(outcome.mesh)
+    fault = broken(row, mesh, outcome, now, after, options)
+    if fault:
+        refused.append(f"{row.name} was rolled back: {fault}")
+        return step("rolled back", fault, outcome, after), now
+    if row.repeats and not worst_first(now, after):
+        return step("rolled back", "it gained nothing worth a change", outcome, after), now
+    return step("kept", "", outcome, after), after

@@ -1,0 +1,49 @@
+"""The passes on tets: swap, smooth, and the schedule of both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from meshwright.audit.mesh import Mesh
+from meshwright.repair.carrying import assignable, with_cells, with_points
+from meshwright.repair.held import held_points, zone_walls
+from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.tets import TetTables, improve_tets, smooth_tets, swap_tets
+
+__all__ = ["improve", "smooth", "swap"]
+
+
+def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int, int]]) -> Outcome:
+    """Run `work` on the tets of the mesh; cells of other types are not touched."""
+    if mesh.faces is not None or not any(block.type == "tet" and len(block) for block in mesh.blocks):
+        return Outcome(mesh, 0)
+    assignable(mesh)
+    block = mesh.block("tet")
+    tables = TetTables.of(mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options))
+    swaps, moves = work(tables)
+    if not swaps and not moves:
+        return Outcome(mesh, 0)
+    points, tets, origin = tables.result()
+    cells_from = None
+    fresh = with_points(mesh, points)
+    if swaps:
+        fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
+    moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
+    return Outcome(fresh, swaps + moved, f"{swaps} swaps, {moved} points moved", cells_from=cells_from)
+
+
+def swap(mesh: Mesh, options: Options) -> Outcome:
+    """Swap edges and faces of tets: 2-3, 3-2, 4-4 and general edge removal."""
+    return _on_tets(mesh, options, lambda tables: (swap_tets(tables), 0))
+
+
+def smooth(mesh: Mesh, options: Options) -> Outcome:
+    """Move inner points of tets to lower the cost of their star."""
+    return _on_tets(mesh, options, lambda tables: (0, smooth_tets(tables)))
+
+
+def improve(mesh: Mesh, options: Options) -> Outcome:
+    """Swap and smooth tets in turn, then raise the worst."""
+    return _on_tets(mesh, options, lambda tables: improve_tets(tables, options.tell))

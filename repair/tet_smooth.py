@@ -1,0 +1,346 @@
+"""Moving the points of a tet mesh, each within the star of its tets.
+
+`smooth` brings down the summed cost of the star by damped Newton steps; `raise_worst` raises its smallest fitness by
+the active-set method of Freitag and Ollivier-Gooch (Int. J. Numer. Meth. Engng. 40, 1997): step along the shortest
+vector of the convex hull of the gradients of the tets that are nearly worst. Neither takes a step that lowers the
+smallest fitness of the star (below `floor`, for the first). Points of one colour share no tet, so the threads of a
+colour never read what another one writes and the result does not depend on their number.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from meshwright.audit.jit import inner, kernel
+from meshwright.audit.mesh import Floats, Ints
+from meshwright.repair.tet_shape import POWER, both, measures, scaled_cost
+
+__all__ = ["colours", "raise_worst", "smooth", "stars"]
+
+_MOST_STEPS = 4
+_MOST_ASCENTS = 12
+_ACTIVE = 0.04
+"""Tets whose fitness is within this part of the smallest one count as worst."""
+_LEAST = 1e-5
+_LARGEST_STAR = 512
+
+
+@kernel
+def stars(tets: Ints, n_points: int) -> tuple[Ints, Ints]:
+    """(offsets, items): the rows of the living tets at each point, ascending."""
+    begin = np.zeros(n_points + 1, np.int64)
+    for t in range(tets.shape[0]):
+        if tets[t, 0] >= 0:
+            for k in range(4):
+                begin[tets[t, k] + 1] += 1
+    for p in range(n_points):
+        begin[p + 1] += begin[p]
+    cursor = begin[:-1].copy()
+    items = np.empty(begin[n_points], np.int64)
+    for t in range(tets.shape[0]):
+        if tets[t, 0] >= 0:
+            for k in range(4):
+                items[cursor[tets[t, k]]] = t
+                cursor[tets[t, k]] += 1
+    return begin, items
+
+
+@kernel
+def colours(cells: Ints, begin: Ints, items: Ints, moving: Ints) -> tuple[Ints, Ints]:
+    """(order, stops): the moving points grouped by colour; no two of one colour share a cell.
+
+    cells: (m, k) point rows; begin, items: cells at each point; moving: point rows, ascending. Greedy.
+    """
+    n = begin.size - 1
+    colour = np.full(n, -1, np.int64)
+    taken = np.full(256, -1, np.int64)
+    most = 0
+    for i in range(moving.size):
+        p = moving[i]
+        for j in range(begin[p], begin[p + 1]):
+            for k in range(cells.shape[1]):
+                c = colour[cells[items[j], k]]
+                if c >= 0:
+                    taken[c] = p
+        c = 0
+        while c < 255 and taken[c] == p:
+            c += 1
+        colour[p] = c
+        most = max(most, c + 1)
+    stops = np.zeros(most + 1, np.int64)
+    for i in range(moving.size):
+        stops[colour[moving[i]] + 1] += 1
+    for c in range(most):
+        stops[c + 1] += stops[c]
+    cursor = stops[:-1].copy()
+    order = np.empty(moving.size, np.int64)
+    for i in range(moving.size):
+        c = colour[moving[i]]
+        order[cursor[c]] = moving[i]
+        cursor[c] += 1
+    return order, stops
+
+
+@inner
+def _star_of(points: Floats, tets: Ints, begin: Ints, items: Ints, p: int, base: Floats) -> int:
+    """Write the three other points of each tet of the star, turned so that p comes first; the number of tets."""
+    n = 0
+    for i in range(begin[p], begin[p + 1]):
+        t = items[i]
+        a, b, c, d = tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3]
+        if b == p:
+            a, b, c, d = b, a, d, c
+        elif c == p:
+            a, b, c, d = c, a, b, d
+        elif d == p:
+            a, b, c, d = d, a, c, b
+        for k in range(3):
+            base[n, k] = points[b, k]
+            base[n, 3 + k] = points[c, k]
+            base[n, 6 + k] = points[d, k]
+        n += 1
+    return n
+
+
+@inner
+def _at(base: Floats, i: int, x: float, y: float, z: float) -> tuple[float, float]:
+    """(fitness, cost) of tet i of the star with its point at x, y, z."""
+    return measures(
+        x,
+        y,
+        z,
+        base[i, 0],
+        base[i, 1],
+        base[i, 2],
+        base[i, 3],
+        base[i, 4],
+        base[i, 5],
+        base[i, 6],
+        base[i, 7],
+        base[i, 8],
+    )
+
+
+@inner
+def _sum_at(base: Floats, n: int, x: float, y: float, z: float, limit: float, least: float) -> tuple[float, float]:
+    """(summed cost, smallest fitness) with the point at x, y, z; cut short once it is no better than the limits."""
+    total, low = 0.0, np.inf
+    for i in range(n):
+        f, c = _at(base, i, x, y, z)
+        total += c
+        low = min(low, f)
+        if total >= limit or low < least:
+            return np.inf, -1.0
+    return total, low
+
+
+@inner
+def _newton(base: Floats, n: int, x: float, y: float, z: float) -> tuple[float, float, float, bool]:
+    """The damped Newton step of the summed cost at x, y, z; False where there is none that goes down."""
+    gx = gy = gz = 0.0
+    hxx = hxy = hxz = hyy = hyz = hzz = 0.0
+    for i in range(n):
+        ux, uy, uz = base[i, 0] - x, base[i, 1] - y, base[i, 2] - z
+        vx, vy, vz = base[i, 3] - x, base[i, 4] - y, base[i, 5] - z
+        wx, wy, wz = base[i, 6] - x, base[i, 7] - y, base[i, 8] - z
+        px, py, pz = vx - ux, vy - uy, vz - uz
+        qx, qy, qz = wx - ux, wy - uy, wz - uz
+        rx, ry, rz = wx - vx, wy - vy, wz - vz
+        # the volume is linear in the point; its gradient is minus the normal of the far face
+        nx, ny, nz = -(py * qz - pz * qy), -(pz * qx - px * qz), -(px * qy - py * qx)
+        det = -(ux * nx + uy * ny + uz * nz)
+        s = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
+        s += px * px + py * py + pz * pz + qx * qx + qy * qy + qz * qz + rx * rx + ry * ry + rz * rz
+        sx, sy, sz = -2.0 * (ux + vx + wx), -2.0 * (uy + vy + wy), -2.0 * (uz + vz + wz)
+        cost = scaled_cost(s, det)
+        a = 1.5 * POWER * cost / s
+        b = -POWER * cost / det
+        gx += a * sx + b * nx
+        gy += a * sy + b * ny
+        gz += a * sz + b * nz
+        ss = 1.5 * POWER * (1.5 * POWER - 1.0) * cost / (s * s)
+        sd = -1.5 * POWER * POWER * cost / (s * det)
+        dd = POWER * (POWER + 1.0) * cost / (det * det)
+        e = 6.0 * a
+        hxx += ss * sx * sx + e + 2.0 * sd * sx * nx + dd * nx * nx
+        hyy += ss * sy * sy + e + 2.0 * sd * sy * ny + dd * ny * ny
+        hzz += ss * sz * sz + e + 2.0 * sd * sz * nz + dd * nz * nz
+        hxy += ss * sx * sy + sd * (sx * ny + sy * nx) + dd * nx * ny
+        hxz += ss * sx * sz + sd * (sx * nz + sz * nx) + dd * nx * nz
+        hyz += ss * sy * sz + sd * (sy * nz + sz * ny) + dd * ny * nz
+    c1 = hyy * hzz - hyz * hyz
+    c2 = hxz * hyz - hxy * hzz
+    c3 = hxy * hyz - hxz * hyy
+    whole = hxx * c1 + hxy * c2 + hxz * c3
+    if not (hxx > 0.0 and hxx * hyy - hxy * hxy > 0.0 and whole > 0.0):
+        return 0.0, 0.0, 0.0, False
+    c5 = hxx * hzz - hxz * hxz
+    c6 = hxy * hxz - hxx * hyz
+    c9 = hxx * hyy - hxy * hxy
+    dx = -(c1 * gx + c2 * gy + c3 * gz) / whole
+    dy = -(c2 * gx + c5 * gy + c6 * gz) / whole
+    dz = -(c3 * gx + c6 * gy + c9 * gz) / whole
+    return dx, dy, dz, gx * dx + gy * dy + gz * dz < 0.0
+
+
+@kernel
+def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints, floor: float) -> int:
+    """Move each point of `rows` downhill in the summed cost of its star; the number of points that moved."""
+    base = np.empty((_LARGEST_STAR, 9))
+    moved = 0
+    for r in range(rows.size):
+        p = rows[r]
+        if begin[p + 1] - begin[p] > _LARGEST_STAR:
+            continue
+        n = _star_of(points, tets, begin, items, p, base)
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        total, low = _sum_at(base, n, x, y, z, np.inf, 0.0)
+        if not low > 0.0:
+            continue
+        started = total
+        for _ in range(2):
+            dx, dy, dz, ok = _newton(base, n, x, y, z)
+            if not ok:
+                break
+            step, taken = 1.0, False
+            for _ in range(_MOST_STEPS):
+                new, least = _sum_at(base, n, x + step * dx, y + step * dy, z + step * dz, total, min(low, floor))
+                if new < total:
+                    x, y, z = x + step * dx, y + step * dy, z + step * dz
+                    gain = total - new
+                    total, low = new, least
+                    taken = gain > 0.01 * total
+                    break
+                step *= 0.4
+            if not taken:
+                break
+        if total < started * (1.0 - _LEAST):
+            points[p, 0], points[p, 1], points[p, 2] = x, y, z
+            moved += 1
+    return moved
+
+
+@inner
+def _shortest_in_hull(g: Floats, n: int, out: Floats) -> float:
+    """The shortest vector of the convex hull of the rows of g, by Wolfe-like pairwise steps; its length."""
+    weight = np.zeros(n)
+    best = 0
+    for i in range(n):
+        if _dot(g, i, i) < _dot(g, best, best):
+            best = i
+    weight[best] = 1.0
+    for k in range(3):
+        out[k] = g[best, k]
+    for _ in range(60):
+        near, far = -1, -1
+        low, high = np.inf, -np.inf
+        for i in range(n):
+            d = g[i, 0] * out[0] + g[i, 1] * out[1] + g[i, 2] * out[2]
+            if d < low:
+                low, near = d, i
+            if weight[i] > 0.0 and d > high:
+                high, far = d, i
+        if high - low <= 1e-6 * (out[0] * out[0] + out[1] * out[1] + out[2] * out[2]):
+            break
+        dx, dy, dz = g[near, 0] - g[far, 0], g[near, 1] - g[far, 1], g[near, 2] - g[far, 2]
+        dd = dx * dx + dy * dy + dz * dz
+        if not dd > 0.0:
+            break
+        s = min(weight[far], (high - low) / dd)
+        weight[near] += s
+        weight[far] -= s
+        out[0] += s * dx
+        out[1] += s * dy
+        out[2] += s * dz
+    return math.sqrt(out[0] * out[0] + out[1] * out[1] + out[2] * out[2])
+
+
+@inner
+def _dot(g: Floats, i: int, j: int) -> float:
+    return g[i, 0] * g[j, 0] + g[i, 1] * g[j, 1] + g[i, 2] * g[j, 2]
+
+
+@inner
+def _least_at(base: Floats, n: int, x: float, y: float, z: float, least: float) -> float:
+    """Smallest fitness of the star with its point at x, y, z, cut short once it is not above `least`."""
+    low = np.inf
+    for i in range(n):
+        low = min(low, _at(base, i, x, y, z)[0])
+        if low <= least:
+            return low
+    return low
+
+
+@kernel
+def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints, below: float) -> int:
+    """Raise the smallest fitness of the star of each point of `rows` where it is under `below`; points that moved."""
+    base = np.empty((_LARGEST_STAR, 9))
+    fits = np.empty(_LARGEST_STAR)
+    slopes = np.empty((_LARGEST_STAR, 3))
+    g = np.empty(3)
+    moved = 0
+    for r in range(rows.size):
+        p = rows[r]
+        if begin[p + 1] - begin[p] > _LARGEST_STAR:
+            continue
+        n = _star_of(points, tets, begin, items, p, base)
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        reach = np.inf
+        for i in range(n):
+            for k in range(0, 9, 3):
+                dx, dy, dz = base[i, k] - x, base[i, k + 1] - y, base[i, k + 2] - z
+                reach = min(reach, dx * dx + dy * dy + dz * dz)
+        reach = math.sqrt(reach)
+        low = np.inf
+        for i in range(n):
+            fits[i] = _at(base, i, x, y, z)[0]
+            low = min(low, fits[i])
+        if not (low < below and reach > 0.0):
+            continue
+        started = low
+        step = 0.2 * reach
+        h = 1e-5 * reach
+        for _ in range(_MOST_ASCENTS):
+            active = 0
+            for i in range(n):
+                if fits[i] <= low + _ACTIVE * abs(low) + 1e-6:
+                    slopes[active, 0] = (_at(base, i, x + h, y, z)[0] - _at(base, i, x - h, y, z)[0]) / (2.0 * h)
+                    slopes[active, 1] = (_at(base, i, x, y + h, z)[0] - _at(base, i, x, y - h, z)[0]) / (2.0 * h)
+                    slopes[active, 2] = (_at(base, i, x, y, z + h)[0] - _at(base, i, x, y, z - h)[0]) / (2.0 * h)
+                    active += 1
+            size = _shortest_in_hull(slopes, active, g)
+            if not size * reach > 1e-4:
+                break
+            better = False
+            for _ in range(7):
+                s = step / size
+                new = _least_at(base, n, x + s * g[0], y + s * g[1], z + s * g[2], low)
+                if new > low:
+                    better = True
+                    break
+                step *= 0.45
+            if not better:
+                break
+            gain = new - low
+            x, y, z = x + s * g[0], y + s * g[1], z + s * g[2]
+            low = np.inf
+            for i in range(n):
+                fits[i] = _at(base, i, x, y, z)[0]
+                low = min(low, fits[i])
+            if gain < 1e-4 * abs(low):
+                break
+            step *= 1.6
+        if low > started + _LEAST * abs(started):
+            points[p, 0], points[p, 1], points[p, 2] = x, y, z
+            moved += 1
+    return moved
+
+
+@kernel
+def rate(points: Floats, tets: Ints, fit: Floats, price: Floats) -> None:
+    """Fill in the fitness and cost of every living tet."""
+    for t in range(tets.shape[0]):
+        if tets[t, 0] >= 0:
+            fit[t], price[t] = both(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])

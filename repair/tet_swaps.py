@@ -1,0 +1,251 @@
+"""Swaps of a tet mesh: face removal 2-3 and general edge removal (3-2, 4-4 and every larger ring).
+
+An edge with a closed ring of m tets is replaced by the best triangulation of the ring, found by dynamic programming
+(Klincsek, Annals of Discrete Math. 9, 1980; for tets Shewchuk, "Two discrete optimization algorithms for the
+topological improvement of tetrahedral meshes", 2002). A swap is made where it lowers the cost summed over the tets it
+touches and does not lower their smallest fitness, or where it raises the smallest fitness.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from meshwright.audit.jit import inner, kernel
+from meshwright.audit.mesh import Floats, Ints
+from meshwright.repair.tet_shape import both
+from meshwright.repair.tet_topology import replace_cavity
+
+__all__ = ["swap"]
+
+_LARGEST_RING = 12
+_EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], dtype=np.int64)
+_LEAST = 1e-6
+"""Relative gain below which a swap is not worth making: it keeps rounding from swapping to and fro."""
+
+
+@inner
+def _ring(tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: Ints) -> int:
+    """Number of tets around the edge a-b, 0 where a wall opens the ring or it is too long.
+
+    ring[i], ring[i + 1] with a, b make the tet around[i], positive in this order.
+    """
+    start = t
+    c = d = -1
+    for k in range(4):
+        v = tets[t, k]
+        if v != a and v != b:
+            if c < 0:
+                c = v
+            else:
+                d = v
+    # order c, d so that (a, b, c, d) has the orientation of the stored tet: count the parity of the permutation
+    ia = ib = ic = id_ = 0
+    for k in range(4):
+        v = tets[t, k]
+        if v == a:
+            ia = k
+        elif v == b:
+            ib = k
+        elif v == c:
+            ic = k
+        else:
+            id_ = k
+    odd = (ia > ib) + (ia > ic) + (ia > id_) + (ib > ic) + (ib > id_) + (ic > id_)
+    if odd % 2:
+        c, d = d, c
+    n = 0
+    first = c
+    while True:
+        if n >= _LARGEST_RING:
+            return 0
+        ring[n] = c
+        around[n] = t
+        n += 1
+        # cross the face (a, b, d), opposite c
+        o = -1
+        for k in range(4):
+            if tets[t, k] == c:
+                o = across[t, k]
+        if o < 0:
+            return 0
+        t = o // 4
+        if t == start:
+            return n if d == first else 0
+        c = d
+        d = -1
+        for k in range(4):
+            v = tets[t, k]
+            if v != a and v != b and v != c:
+                d = v
+        if d < 0:
+            return 0
+
+
+@inner
+def _remove_edge(
+    points: Floats, a: int, b: int, ring: Ints, m: int, by_fitness: bool, value: Floats, low: Floats, pick: Ints
+) -> tuple[float, float]:
+    """(cost, smallest fitness) of the best triangulation of the ring; `pick` says which.
+
+    by_fitness: the best is the one of the largest smallest fitness, else of the least cost.
+    value[i, j], low[i, j]: summed cost and smallest fitness of the best triangulation of ring i to j.
+    """
+    for i in range(m - 1):
+        value[i, i + 1] = 0.0
+        low[i, i + 1] = np.inf
+    for span in range(2, m):
+        for i in range(m - span):
+            j = i + span
+            value[i, j] = np.inf
+            low[i, j] = -np.inf
+            pick[i, j] = -1
+            for k in range(i + 1, j):
+                if low[i, k] <= 0.0 or low[k, j] <= 0.0:
+                    continue
+                f1, c1 = both(points, a, ring[i], ring[k], ring[j])
+                if f1 <= 0.0:
+                    continue
+                f2, c2 = both(points, ring[i], ring[k], ring[j], b)
+                if f2 <= 0.0:
+                    continue
+                f = min(f1, f2, low[i, k], low[k, j])
+                c = c1 + c2 + value[i, k] + value[k, j]
+                better = (f > low[i, j]) if by_fitness else (c < value[i, j])
+                if better:
+                    value[i, j] = c
+                    low[i, j] = f
+                    pick[i, j] = k
+    return value[0, m - 1], low[0, m - 1]
+
+
+@inner
+def _build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Ints) -> int:
+    """Write the tets of the picked triangulation into `new`; their number."""
+    n = 0
+    top = 1
+    stack[0, 0], stack[0, 1] = 0, m - 1
+    while top:
+        top -= 1
+        i, j = stack[top, 0], stack[top, 1]
+        if j - i < 2:
+            continue
+        k = pick[i, j]
+        new[n, 0], new[n, 1], new[n, 2], new[n, 3] = a, ring[i], ring[k], ring[j]
+        new[n + 1, 0], new[n + 1, 1], new[n + 1, 2], new[n + 1, 3] = ring[i], ring[k], ring[j], b
+        n += 2
+        stack[top, 0], stack[top, 1] = i, k
+        stack[top + 1, 0], stack[top + 1, 1] = k, j
+        top += 2
+    return n
+
+
+@inner
+def _allowed(old_fit: float, old_cost: float, fit: float, total: float, by_fitness: bool, floor: float) -> bool:
+    """Whether a swap from (old_fit, old_cost) to (fit, total) is an improvement that hurts nothing."""
+    if fit <= 0.0:
+        return False
+    if by_fitness:
+        return fit > old_fit * (1.0 + _LEAST) + 1e-12
+    return total < old_cost * (1.0 - _LEAST) and fit >= min(old_fit, floor)
+
+
+@kernel
+def swap(
+    points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
+    below: float, by_fitness: bool, floor: float,
+) -> int:  # fmt: skip
+    """One sweep of swaps over the tets of fitness under `below`; the number made. All tables change in place.
+
+    fit, price: (cap,) fitness and cost of each tet. floor: fitness above which a swap for cost may lower the smallest.
+    """
+    ring = np.empty(_LARGEST_RING + 1, np.int64)
+    old = np.empty(64, np.int64)
+    new = np.empty((64, 4), np.int64)
+    rim = np.empty((128, 4), np.int64)
+    value = np.empty((_LARGEST_RING, _LARGEST_RING))
+    low = np.empty((_LARGEST_RING, _LARGEST_RING))
+    pick = np.empty((_LARGEST_RING, _LARGEST_RING), np.int64)
+    stack = np.empty((64, 2), np.int64)
+    made = 0
+    for t in range(tets.shape[0]):
+        if tets[t, 0] < 0 or fit[t] >= below:
+            continue
+        done = False
+        for e in range(6):
+            a, b = tets[t, _EDGES[e, 0]], tets[t, _EDGES[e, 1]]
+            m = _ring(tets, across, t, a, b, ring, old)
+            if m < 3:
+                continue
+            if not by_fitness and not _looked_at_here(old, m, t, fit, below):
+                continue
+            old_fit, old_cost = np.inf, 0.0
+            for i in range(m):
+                old_fit = min(old_fit, fit[old[i]])
+                old_cost += price[old[i]]
+            total, least = _remove_edge(points, a, b, ring, m, by_fitness, value, low, pick)
+            if not _allowed(old_fit, old_cost, least, total, by_fitness, floor):
+                continue
+            n = _build(a, b, ring, m, pick, new, stack)
+            if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
+                for i in range(n):
+                    fit[old[i]], price[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
+                made += 1
+                done = True
+                break
+        if done:
+            continue
+        for f in range(4):
+            o = across[t, f]
+            if o < 0:
+                continue
+            u = o // 4
+            if not by_fitness and fit[u] < below and u < t:
+                continue  # tried from the other side
+            apex = tets[t, f]
+            other = tets[u, o % 4]
+            x, y, z = _outward(tets, t, f)
+            old_fit = min(fit[t], fit[u])
+            old_cost = price[t] + price[u]
+            f1, c1 = both(points, apex, other, x, y)
+            if f1 <= 0.0:
+                continue
+            f2, c2 = both(points, apex, other, y, z)
+            if f2 <= 0.0:
+                continue
+            f3, c3 = both(points, apex, other, z, x)
+            if f3 <= 0.0:
+                continue
+            if not _allowed(old_fit, old_cost, min(f1, f2, f3), c1 + c2 + c3, by_fitness, floor):
+                continue
+            old[0], old[1] = t, u
+            new[0, 0], new[0, 1], new[0, 2], new[0, 3] = apex, other, x, y
+            new[1, 0], new[1, 1], new[1, 2], new[1, 3] = apex, other, y, z
+            new[2, 0], new[2, 1], new[2, 2], new[2, 3] = apex, other, z, x
+            if replace_cavity(tets, across, old, 2, new, 3, free, rim, origin):
+                fit[old[0]], price[old[0]] = f1, c1
+                fit[old[1]], price[old[1]] = f2, c2
+                fit[old[2]], price[old[2]] = f3, c3
+                made += 1
+                break
+    return made
+
+
+@inner
+def _looked_at_here(around: Ints, m: int, t: int, fit: Floats, below: float) -> bool:
+    """Whether t is the first tet of the ring that the sweep comes to, so that each edge is tried once."""
+    for i in range(m):
+        if around[i] < t and fit[around[i]] < below:
+            return False
+    return True
+
+
+@inner
+def _outward(tets: Ints, t: int, f: int) -> tuple[int, int, int]:
+    """The face opposite corner f, running so that its normal points away from that corner."""
+    if f == 0:
+        return tets[t, 1], tets[t, 2], tets[t, 3]
+    if f == 1:
+        return tets[t, 0], tets[t, 3], tets[t, 2]
+    if f == 2:
+        return tets[t, 0], tets[t, 1], tets[t, 3]
+    return tets[t, 0], tets[t, 2], tets[t, 1]

@@ -1,0 +1,153 @@
+"""The schedule that improves a tet mesh with its points kept: swap and smooth for the mean, then for the worst."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshwright.audit.mesh import Floats, Ints
+from meshwright.audit.parallel import in_parallel
+from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars
+from meshwright.repair.tet_swaps import swap
+from meshwright.repair.tet_topology import neighbours, wall_points
+
+__all__ = ["TetTables", "improve_tets", "smooth_tets", "swap_tets"]
+
+Mask = NDArray[np.bool_]
+Tell = Callable[[str, int, int], None]
+
+_ROUNDS = 8
+_WORST_ROUNDS = 12
+_GOOD = 0.16
+"""Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
+_ROOM = 0.25
+_SETTLED = 2e-4
+"""Relative gain in the summed cost below which another round is not worth its time."""
+_BATCH = 1024
+"""Points of one colour that a thread takes at a time."""
+
+
+@dataclass
+class TetTables:
+    """A tet mesh while it is changed; see `tet_topology`. `held` (n,): points that stay. The arrays are its own."""
+
+    points: Floats
+    tets: Ints
+    across: Ints
+    origin: Ints
+    free: Ints
+    fit: Floats
+    cost: Floats
+    held: Mask
+
+    @classmethod
+    def of(cls, points: Floats, tets: Ints, walls: Ints, held: Mask) -> TetTables:
+        """Tables of the tets (m, 4); walls (k, 3): faces to leave alone; held (n,): points to leave alone."""
+        m = len(tets)
+        capacity = m + int(_ROOM * m) + 64
+        table = np.full((capacity, 4), -1, np.int64)
+        table[:m] = tets
+        across = np.full((capacity, 4), -1, np.int64)
+        across[:m] = neighbours(table[:m], len(points), np.ascontiguousarray(walls, dtype=np.int64))
+        free = np.zeros(capacity + 1, np.int64)
+        free[0] = capacity - m
+        free[1 : capacity - m + 1] = np.arange(capacity - 1, m - 1, -1)
+        origin = np.full(capacity, -1, np.int64)
+        origin[:m] = np.arange(m)
+        own = np.array(points, dtype=np.float64)
+        tables = cls(own, table, across, origin, free, np.zeros(capacity), np.zeros(capacity), np.array(held))
+        tables.held |= wall_points(table, across, len(points))
+        rate(own, table, tables.fit, tables.cost)
+        return tables
+
+    @property
+    def living(self) -> Ints:
+        """Rows in use."""
+        return np.flatnonzero(self.tets[:, 0] >= 0)
+
+    def result(self) -> tuple[Floats, Ints, Ints]:
+        """(points, tets, origin of each), in the order of the origins."""
+        rows = self.living
+        rows = rows[np.argsort(self.origin[rows], kind="stable")]
+        return self.points, self.tets[rows], self.origin[rows]
+
+    def swap(self, below: float, by_fitness: bool) -> int:
+        """One sweep of swaps; see `tet_swaps.swap`."""
+        floor = np.inf if by_fitness else 0.0
+        return int(swap(
+            self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free, below, by_fitness, floor
+        ))  # fmt: skip
+
+    def move(self, sweeps: int, below: float | None = None) -> int:
+        """Smooth all points that may move, or raise the worst of those at tets of fitness under `below`."""
+        begin, items = stars(self.tets, len(self.points))
+        if below is None:
+            rows = np.flatnonzero(~self.held & (np.diff(begin) > 0))
+        else:
+            bad = self.tets[(self.tets[:, 0] >= 0) & (self.fit < below)]
+            rows = np.unique(bad)
+            rows = rows[~self.held[rows]]
+        order, stops = colours(self.tets, begin, items, rows)
+
+        def one(part: Ints) -> int:
+            if below is None:
+                return int(smooth(self.points, self.tets, begin, items, part, 0.0))
+            return int(raise_worst(self.points, self.tets, begin, items, part, below))
+
+        moved = 0
+        for _ in range(sweeps):
+            for c in range(len(stops) - 1):
+                same = order[stops[c] : stops[c + 1]]
+                parts = [same[i : i + _BATCH] for i in range(0, len(same), _BATCH)]
+                moved += sum(in_parallel(one, parts)) if len(parts) > 1 else sum(map(one, parts))
+        rate(self.points, self.tets, self.fit, self.cost)
+        return moved
+
+
+def _silent(stage: str, done: int, of: int) -> None:
+    """Tell nobody."""
+
+
+def swap_tets(tables: TetTables) -> int:
+    """Swap until no swap is left that lowers the cost; the number made."""
+    made = 0
+    for _ in range(_ROUNDS):
+        now = tables.swap(np.inf, by_fitness=False)
+        made += now
+        if not now:
+            break
+    return made
+
+
+def smooth_tets(tables: TetTables) -> int:
+    """Smooth until the points come to rest; the number of moves."""
+    moved = 0
+    for _ in range(_ROUNDS):
+        now = tables.move(2)
+        moved += now
+        if not now:
+            break
+    return moved
+
+
+def improve_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
+    """(swaps, moves): the mean first, then the worst until nothing gives."""
+    swaps = moves = 0
+    total = np.inf
+    for i in range(_ROUNDS):
+        tell("swap and smooth", i, _ROUNDS + _WORST_ROUNDS)
+        made, moved = tables.swap(np.inf, by_fitness=False), tables.move(2)
+        swaps, moves = swaps + made, moves + moved
+        before, total = total, float(np.sum(tables.cost[tables.living]))
+        if not made + moved or before - total < _SETTLED * total:
+            break
+    for i in range(_WORST_ROUNDS):
+        tell("raise the worst", _ROUNDS + i, _ROUNDS + _WORST_ROUNDS)
+        made, moved = tables.swap(_GOOD, by_fitness=True), tables.move(1, below=_GOOD)
+        swaps, moves = swaps + made, moves + moved
+        if not made + moved:
+            break
+    return swaps, moves

@@ -1,0 +1,86 @@
+"""The receipt of a repair on a page of text: what was done, before and after, what is left."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from meshwright.audit.errors import printable
+from meshwright.audit.metrics import METRICS
+from meshwright.audit.summary import Summary
+
+__all__ = ["METRICS_SHOWN", "render_text"]
+
+METRICS_SHOWN = (
+    "verdict.scaled_jacobian", "gambit.equiangle_skew", "dihedral.min", "dihedral.max", "angle.min", "angle.max",
+)  # fmt: skip
+"""Metrics of the table; each is shown for the types that it is defined for, angles of faces for surfaces alone."""
+
+_SOLID = ("tet", "pyramid", "wedge", "hex")
+
+
+def render_text(
+    path: str, target: str | None, document: dict[str, Any], first: Summary, last: Summary, *, width: int, colour: bool
+) -> str:
+    """The page, ended by a newline."""
+
+    def bold(text: str) -> str:
+        return click.style(text, bold=True) if colour else text
+
+    def red(text: str) -> str:
+        return click.style(text, fg="red") if colour else text
+
+    out = [bold(f"Repair of {printable(path, 80)}") + ("" if target else "  (dry run: nothing was written)"), ""]
+    kept = [s for s in document["steps"] if s["state"] == "kept"]
+    back = [s for s in document["steps"] if s["state"] == "rolled back"]
+    if kept:
+        out.append("  pass             changed  what                                    worst quality   bad cells")
+        for step in kept:
+            before, after = step["worst_quality"]
+            bad = step["inverted_or_degenerate"]
+            out.append(
+                f"  {step['pass']:<15}{step['changed']:>9,}  {step['note'][:38]:<38}  {before:>6.3f} > {after:>6.3f}"
+                f"{bad[0]:>6,} > {bad[1]:,}"
+            )
+    else:
+        out.append("  Nothing to do: no pass found a change that is worth one.")
+    out += ["", bold("  before and after") + "                                 worst                      mean"]
+    for id_ in METRICS_SHOWN:
+        a, b = first["metrics"].get(id_, {}), last["metrics"].get(id_, {})
+        for kind in a:
+            if kind in b and not (id_.startswith("angle") and kind in _SOLID):
+                end = "max" if METRICS[id_].worst_is_high else "min"
+                out.append(
+                    f"  {METRICS[id_].title[:30]:<31}{kind:<8}{_figure(a[kind][end]):>10} > {_figure(b[kind][end]):<10}"
+                    f"{_figure(a[kind]['mean']):>12} > {_figure(b[kind]['mean'])}"
+                )
+    shape = document["before"], document["after"]
+    out += [
+        "",
+        f"  cells {_cells(shape[0])} > {_cells(shape[1])}, points {shape[0]['points']:,} > {shape[1]['points']:,}",
+    ]
+    out.append(
+        f"  {document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most; "
+        "boundary and zones kept"
+    )
+    left = document["after"]["inverted_or_degenerate"]
+    if left:
+        out.append(red(f"  {left:,} inverted or degenerate cells are left"))
+    if document["refused"]:
+        out += ["", bold("  not done")] + [f"  - {printable(text, width)}" for text in document["refused"]]
+    elif back:
+        out.append("  A further attempt of each pass gained nothing and was rolled back: the result is settled.")
+    if document["notes"]:
+        out += ["", bold("  not in the output")] + [f"  - {printable(text, width)}" for text in document["notes"][:20]]
+    if target:
+        out += ["", f"  written: {printable(target, 200)}"]
+    return "\n".join(out) + "\n"
+
+
+def _figure(value: Any) -> str:
+    return value if isinstance(value, str) else "-" if value is None else f"{value:.4g}"
+
+
+def _cells(mesh: dict[str, Any]) -> str:
+    return " + ".join(f"{count:,} {kind}" for kind, count in mesh["cells"].items())

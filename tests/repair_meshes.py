@@ -1,0 +1,85 @@
+"""Meshes that need repair, made from fixed seeds; each has a known answer."""
+
+import numpy as np
+from scipy.spatial import Delaunay
+
+from meshwright.audit.mesh import CellBlock, Mesh, Zone
+
+MIRROR = {"tet": [1, 0, 2, 3], "hex": [4, 5, 6, 7, 0, 1, 2, 3], "quad": [0, 3, 2, 1], "tri": [0, 2, 1],
+          "wedge": [3, 4, 5, 0, 1, 2], "pyramid": [0, 3, 2, 1, 4]}  # fmt: skip
+
+
+def solid(points, **cells):
+    """A mesh of the cells given by type; 2 dimensions where z is 0 throughout."""
+    blocks, at = [], 0
+    for name, nodes in cells.items():
+        blocks.append(CellBlock(name, np.arange(at, at + len(nodes)), np.asarray(nodes)))
+        at += len(nodes)
+    flat = next(iter(cells)) in ("tri", "quad") and not np.any(points[:, 2])
+    return Mesh(points, tuple(blocks), dimension=2 if flat else 3)
+
+
+def volume6(points, tets):
+    a, b, c, d = (points[tets[:, i]] for i in range(4))
+    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+
+
+def random_tets(n=250, seed=7):
+    """Delaunay tets of random points in the unit cube: many slivers, all positive."""
+    r = np.random.default_rng(seed)
+    k = 6
+    g = np.linspace(0.0, 1.0, k + 1)
+    grid = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T
+    rim = grid[((grid == 0) | (grid == 1)).any(axis=1)]
+    jitter = r.uniform(-0.18 / k, 0.18 / k, rim.shape)
+    jitter[(rim == 0) | (rim == 1)] = 0.0
+    points = np.vstack([rim + jitter, 0.5 / k + (1 - 1.0 / k) * r.random((n, 3))])
+    tets = Delaunay(points).simplices.astype(np.int64)
+    size = volume6(points, tets)
+    tets[size < 0] = tets[size < 0][:, [0, 2, 1, 3]]
+    return solid(points, tet=tets[np.abs(size) > 1e-13])
+
+
+def box(n=6, jitter=0.0, seed=11):
+    """(points, hexes) of the unit cube in n^3 hexes, its inner points thrown about by `jitter` of an edge."""
+    r = np.random.default_rng(seed)
+    g = np.linspace(0.0, 1.0, n + 1)
+    points = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T.copy()
+    inner = ((points > 1e-9) & (points < 1 - 1e-9)).all(axis=1)
+    points[inner] += r.uniform(-jitter / n, jitter / n, (int(inner.sum()), 3))
+    i, j, k = (a.ravel() for a in np.meshgrid(*[np.arange(n)] * 3, indexing="ij"))
+
+    def at(i, j, k):
+        return (i * (n + 1) + j) * (n + 1) + k
+
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    return points, np.stack([at(i + a, j + b, k + c) for a, b, c in corners], axis=1)
+
+
+def square(n=8, jitter=0.0, seed=13):
+    """(points, quads) of the unit square, its inner points thrown about by `jitter` of an edge."""
+    r = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
+    points = np.c_[x.ravel(), y.ravel(), 0 * x.ravel()]
+    inner = ((points[:, :2] > 1e-9) & (points[:, :2] < 1 - 1e-9)).all(axis=1)
+    points[inner, :2] += r.uniform(-jitter / n, jitter / n, (int(inner.sum()), 2))
+    at = np.array([[j * (n + 1) + i for i in range(n)] for j in range(n)]).ravel()
+    return points, np.stack([at, at + 1, at + n + 2, at + n + 1], axis=1)
+
+
+def with_reversed(nodes, kind, rows):
+    """The cells with those rows turned inside out."""
+    nodes = np.array(nodes)
+    nodes[rows] = nodes[rows][:, MIRROR[kind]]
+    return nodes
+
+
+def in_two_zones(mesh):
+    """The mesh with its cells in a zone left of x = 0.5 and one right of it."""
+    centre = np.empty(mesh.n_cells)
+    for block in mesh.blocks:
+        centre[block.rows] = mesh.points[block.nodes, 0].mean(axis=1)
+    left = np.flatnonzero(centre < 0.5)
+    right = np.flatnonzero(centre >= 0.5)
+    zones = (Zone("left", "zone", "fluid", "cell", left), Zone("right", "zone", "solid", "cell", right))
+    return Mesh(mesh.points, mesh.blocks, zones=zones, dimension=mesh.dimension)

@@ -1,0 +1,254 @@
+"""`meshwright repair` on files: receipts, journals, undo, and inputs that nothing can be done with."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from repair_meshes import box, random_tets, solid, square, with_reversed
+
+from meshwright.audit import read
+from meshwright.audit.connectivity import faces
+from meshwright.audit.errors import UsageError
+from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh, Zone
+from meshwright.repair import repair, write
+from meshwright.repair.writers import WRITERS
+from meshwright.reports.cli import cli
+
+
+def run(*words):
+    return CliRunner().invoke(cli, ["repair", *map(str, words)])
+
+
+@pytest.fixture
+def tangled(tmp_path):
+    points, hexes = box(5, 0.75)
+    path = tmp_path / "tangled.msh"
+    write(bounded(solid(points, hex=with_reversed(hexes, "hex", [7, 40]))), path)
+    return path
+
+
+def test_a_repair_writes_the_mesh_and_says_what_it_did(tangled, tmp_path):
+    out = tmp_path / "good.msh"
+    result = run(tangled, "-o", out)
+    assert result.exit_code == 0, result.output
+    assert "cells reversed" in result.stdout
+    assert f"written: {out}" in result.stdout.replace("\n", "") or "written:" in result.stdout
+    mesh = read(out)
+    assert [zone.name for zone in mesh.zones] == ["inlet", "wall"]
+    assert not repair(mesh).changed
+
+
+def test_the_receipt_is_the_whole_output_of_format_json(tangled, tmp_path):
+    result = run(tangled, "-o", tmp_path / "good.vtu", "--format", "json", "--quiet")
+    document = json.loads(result.stdout)
+    assert document["schema"] == "meshwright.repair/1"
+    assert document["before"]["inverted_or_degenerate"] > 0
+    assert document["after"]["inverted_or_degenerate"] == 0
+    assert [step["changed"] for step in document["steps"] if step["pass"] == "orient"]  # noqa: S105 == [2]
+    assert set(document["metrics"]) == {"before", "after"}
+
+
+def test_undo_restores_the_input_byte_for_byte(tangled, tmp_path):
+    original = tangled.read_bytes()
+    journal, back = tmp_path / "j.zip", tmp_path / "back.msh"
+    assert run(tangled, "-o", tangled, "--journal", journal).exit_code == 0
+    assert tangled.read_bytes() != original
+    assert run(tangled, "--undo", journal, "-o", back).exit_code == 0
+    assert back.read_bytes() == original
+
+
+def test_the_journal_tells_every_point_that_moved_and_every_cell_that_changed(tangled, tmp_path):
+    journal, out = tmp_path / "j.zip", tmp_path / "good.msh"
+    run(tangled, "-o", out, "--journal", journal)
+    before, after = read(tangled), read(out)
+    points = np.array(before.points)
+    nodes = np.array(before.block("hex").nodes)
+    with zipfile.ZipFile(journal) as archive:
+        for name in sorted(n for n in archive.namelist() if n.startswith("steps/")):
+            with archive.open(name) as stream:
+                step = np.load(stream)
+                assert np.array_equal(points[step["moved_rows"]], step["moved_from"])
+                points[step["moved_rows"]] = step["moved_to"]
+                assert np.array_equal(nodes[step["removed_cells"]], step["removed_nodes"])
+                nodes[step["added_cells"]] = step["added_nodes"]
+    assert np.array_equal(points, after.points)
+    assert np.array_equal(nodes, after.block("hex").nodes)
+
+
+def test_undo_refuses_a_mesh_that_was_edited_since(tangled, tmp_path):
+    journal, out = tmp_path / "j.zip", tmp_path / "good.msh"
+    run(tangled, "-o", out, "--journal", journal)
+    out.write_bytes(out.read_bytes() + b"\n")
+    result = run(out, "--undo", journal, "-o", tmp_path / "back.msh")
+    assert result.exit_code == 2
+    assert "changed or replaced since. Nothing was written" in result.output
+    assert not (tmp_path / "back.msh").exists()
+
+
+@pytest.mark.parametrize("spoil", ["cut", "not a zip", "no receipt", "other input"])
+def test_undo_refuses_a_damaged_journal_and_writes_nothing(tangled, tmp_path, spoil):
+    journal, out, back = tmp_path / "j.zip", tmp_path / "good.msh", tmp_path / "back.msh"
+    run(tangled, "-o", out, "--journal", journal)
+    if spoil == "cut":
+        journal.write_bytes(journal.read_bytes()[:-500])
+    elif spoil == "not a zip":
+        journal.write_bytes(b"hello")
+    else:
+        with zipfile.ZipFile(journal) as archive:
+            parts = {name: archive.read(name) for name in archive.namelist()}
+        parts["input"] += b"x"
+        if spoil == "no receipt":
+            del parts["receipt.json"]
+        with zipfile.ZipFile(journal, "w") as archive:
+            for name, data in parts.items():
+                archive.writestr(name, data)
+    result = run(out, "--undo", journal, "-o", back)
+    assert result.exit_code == 3, result.output
+    assert not back.exists()
+    assert not list(tmp_path.glob(".*.part"))
+
+
+def test_the_input_is_not_overwritten_without_a_journal(tangled):
+    before = tangled.read_bytes()
+    result = run(tangled, "-o", tangled)
+    assert result.exit_code == 2
+    assert "is the input" in result.output
+    assert tangled.read_bytes() == before
+
+
+def test_a_dry_run_writes_nothing(tangled, tmp_path):
+    files = sorted(tmp_path.iterdir())
+    result = run(tangled, "--dry-run")
+    assert result.exit_code == 0
+    assert "dry run: nothing was written" in result.stdout
+    assert sorted(tmp_path.iterdir()) == files
+
+
+def test_the_html_report_shows_before_and_after(tangled, tmp_path):
+    page = tmp_path / "r.html"
+    assert run(tangled, "-o", tmp_path / "good.msh", "--html", page).exit_code == 0
+    text = page.read_text()
+    assert "orient" in text
+    assert "untangle" in text
+
+
+def test_what_cannot_be_mended_exits_with_1_and_says_so(tmp_path):
+    points, hexes = box(1)
+    points[7] = points[0] + 0.01  # every corner is on the boundary: nothing may move
+    path = tmp_path / "one.vtu"
+    write(solid(points, hex=hexes), path)
+    result = run(path, "-o", tmp_path / "out.vtu")
+    assert result.exit_code == 1
+    assert "1 inverted or degenerate cells are left" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "text"),
+    [
+        (["IN"], 2, "Name the repaired mesh with -o OUT"),
+        (["IN", "-o", "x.docx"], 2, "its suffix must be one of .msh, .su2"),
+        (["IN", "-o", "o.msh", "--passes", "polish"], 2, "unknown pass 'polish'"),
+        (["IN", "-o", "o.msh", "--hold", "nobody"], 2, "no zone matches 'nobody'"),
+        (["none.msh", "-o", "o.msh"], 3, "none.msh"),
+        (["IN", "--undo", "none.zip", "-o", "o.msh"], 3, "a journal of meshwright repair"),
+    ],
+)
+def test_a_mistake_gets_one_line_and_the_right_status(tangled, tmp_path, monkeypatch, words, status, text):
+    monkeypatch.chdir(tmp_path)
+    result = run(*[tangled if w == "IN" else w for w in words])
+    assert result.exit_code == status
+    assert text in result.output
+    assert not (tmp_path / "o.msh").exists()
+
+
+def test_a_kill_in_the_middle_leaves_the_input_as_it_was(tmp_path):
+    path = tmp_path / "in.vtu"
+    write(random_tets(1500), path)
+    before = path.read_bytes()
+    command = "import sys; from meshwright.reports.cli import main; sys.exit(main())"
+    words = ["repair", str(path), "-o", str(path), "--journal", str(tmp_path / "j"), "--quiet"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", command, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    try:
+        process.wait(timeout=2.0)
+    except subprocess.TimeoutExpired:
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait()
+        assert path.read_bytes() == before
+
+
+def test_every_pass_is_listed_with_what_it_does():
+    result = run("--list-passes")
+    assert result.exit_code == 0
+    assert all(name in result.stdout for name in ("orient", "untangle", "improve", "weld"))
+
+
+def bounded(mesh):
+    """The mesh with its outside listed as elements, in two zones."""
+    found = faces(mesh)
+    rows = np.flatnonzero(found.neighbour == NO_CELL)
+    width = int(np.diff(found.offsets)[rows[0]])
+    nodes = found.nodes[found.offsets[rows].astype(np.int64)[:, None] + np.arange(width)]
+    name = {2: "line", 3: "tri", 4: "quad"}[width]
+    half = len(rows) // 2
+    zones = (Zone("inlet", "g", "", "face", np.arange(half)), Zone("wall", "g", "", "face", np.arange(half, len(rows))))
+    return Mesh(mesh.points, mesh.blocks, boundary=(CellBlock(name, np.arange(len(rows)), nodes),), zones=zones,
+                dimension=mesh.dimension)  # fmt: skip
+
+
+VOLUMES = {
+    "tets": lambda: random_tets(40),
+    "hexes": lambda: solid(box(3, 0.2)[0], hex=box(3)[1]),
+    "quads": lambda: solid(square(4, 0.2)[0], quad=square(4)[1]),
+}
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".su2", ".vtk", ".vtu"])
+@pytest.mark.parametrize("kind", VOLUMES)
+def test_what_is_written_reads_back_as_the_same_mesh(tmp_path, suffix, kind):
+    mesh = bounded(VOLUMES[kind]())
+    path = tmp_path / f"m{suffix}"
+    lost = write(mesh, path)
+    back = read(path)
+    assert np.array_equal(back.points, mesh.points)
+    assert [b.type for b in back.blocks] == [b.type for b in mesh.blocks]
+    assert np.array_equal(back.blocks[0].nodes, mesh.blocks[0].nodes)
+    if suffix in (".msh", ".su2"):
+        assert not lost
+        assert {z.name: len(z.members) for z in back.zones if z.entity == "face"} == {
+            z.name: len(z.members) for z in mesh.zones
+        }
+    else:
+        assert len(lost) == 2, "what a format does not hold is said"
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".off"])
+def test_a_surface_reads_back_as_the_same_surface(tmp_path, suffix):
+    points, quads = square(4, 0.2)
+    points[:, 2] = points[:, 0] ** 2
+    tris = np.vstack([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    mesh = Mesh(points, (CellBlock("tri", np.arange(len(tris)), tris),))
+    write(mesh, tmp_path / f"s{suffix}")
+    back = read(tmp_path / f"s{suffix}")
+    a = mesh.points[mesh.block("tri").nodes]
+    b = back.points[back.block("tri").nodes]
+    assert np.allclose(a, b, rtol=1e-6 if suffix == ".stl" else 0.0, atol=1e-7 if suffix == ".stl" else 0.0)
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".obj", ".off"])
+def test_a_solid_mesh_is_not_written_as_a_surface(tmp_path, suffix):
+    path = tmp_path / f"x{suffix}"
+    with pytest.raises(UsageError, match="alone"):
+        write(VOLUMES["hexes"](), path)
+    assert not path.exists()
+
+
+def test_every_writer_is_tried():
+    assert set(WRITERS) == {".msh", ".su2", ".vtk", ".vtu", ".stl", ".obj", ".off"}

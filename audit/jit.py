@@ -32,7 +32,7 @@ _KEPT = 3
 warnings.filterwarnings("ignore", category=NumbaExperimentalFeatureWarning)
 
 _HERE = Path(__file__).parent
-_IMPORTS = re.compile(r"^\s*from meshwright\.audit(\.[\w.]+)? import (\([^)]*\)|[^\n]*)", re.MULTILINE)
+_IMPORTS = re.compile(r"^\s*from meshwright\.((?:audit|repair|reports)[\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
 @cache
@@ -45,7 +45,7 @@ def _imported(file: Path) -> frozenset[Path]:
     """The program's own files that a file imports."""
     found = set()
     for path, names in _IMPORTS.findall(_source(file).decode()):
-        folder = _HERE.joinpath(*path.split(".")[1:])
+        folder = _HERE.parent.joinpath(*path.split("."))
         if folder.is_dir():
             found.add(folder / "__init__.py")
             found |= {folder / f"{name}.py" for name in re.findall(r"\w+", names)}

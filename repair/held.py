@@ -13,7 +13,7 @@ from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 from meshwright.repair.outcome import Options
 
-__all__ = ["border_faces", "held_points", "zone_walls"]
+__all__ = ["border_faces", "edge_walls", "held_points", "zone_walls"]
 
 Mask = NDArray[np.bool_]
 
@@ -39,6 +39,15 @@ def zone_walls(mesh: Mesh) -> Ints:
     rows = np.flatnonzero(border_faces(mesh) & (sides.neighbour != NO_CELL) & (np.diff(sides.offsets) == 3))
     walls = [sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(3)]]
     walls += [block.nodes[:, :3] for block in mesh.boundary if CELL_TYPES[block.type].corners == "tri"]
+    return np.concatenate(walls).astype(np.int64)
+
+
+def edge_walls(mesh: Mesh) -> Ints:
+    """(k, 2) edges of a mesh of 2-D cells that a swap may not remove: borders of zones, and listed line elements."""
+    sides = faces(mesh)
+    rows = np.flatnonzero(border_faces(mesh) & (sides.neighbour != NO_CELL))
+    walls = [sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(2)]]
+    walls += [block.nodes[:, :2] for block in mesh.boundary if CELL_TYPES[block.type].corners == "line"]
     return np.concatenate(walls).astype(np.int64)
 
 

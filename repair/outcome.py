@@ -55,7 +55,8 @@ class Pass:
     name: as on the command line. title: what it does, for people. run: (mesh, options) -> Outcome; the mesh is never
     changed in place. repeats: worth running again on its own outcome until it gains nothing more; its outcome counts
     only where the quality has risen, so that a second run finds nothing to do. keeps_volume, keeps_orientation: what
-    the driver demands of it.
+    the driver demands of it. explicit: runs only where it is asked for by name. cautious: a second, smaller proposal
+    for where the first is rolled back.
     """
 
     name: str
@@ -65,3 +66,4 @@ class Pass:
     keeps_volume: bool = True
     keeps_orientation: bool = True
     explicit: bool = False
+    cautious: Callable[[Mesh, Options], Outcome] | None = None

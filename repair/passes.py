@@ -6,7 +6,8 @@ from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
-from meshwright.repair.tet_passes import improve, smooth, swap
+from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
+from meshwright.repair.triangles import triangles
 from meshwright.repair.untangle import untangle
 
 __all__ = ["PASSES", "select_passes"]
@@ -28,10 +29,10 @@ PASSES = {
         Pass("untangle", "move inner points until no cell is inverted, then to better shapes", untangle, repeats=True),
         Pass("swap", "swap edges and faces of tets", swap, repeats=True, explicit=True),
         Pass("smooth", "move inner points of tets", smooth, repeats=True, explicit=True),
-        Pass("improve", "swap and smooth tets in turn, the worst last", improve, repeats=True),
+        Pass("improve", "swap and smooth tets in turn, the worst last", improve, repeats=True, cautious=raise_worst),
+        Pass("triangles", "swap and smooth triangles for angles and valence, the worst last", triangles, repeats=True),
     )
 }
-"""Explicit passes run only where they are asked for by name."""
 
 
 def select_passes(names: str | None) -> tuple[Pass, ...]:

@@ -54,7 +54,7 @@ def standing(mesh: Mesh) -> Standing:
     return Standing(quality, int(np.count_nonzero(quality <= 0.0)))
 
 
-def worst_first(before: Standing, after: Standing, least: float = 1e-3) -> bool:
+def worst_first(before: Standing, after: Standing, least: float = 1e-2) -> bool:
     """Whether `after` is an improvement worth keeping: fewer bad cells, or a level raised and none let down."""
     if after.bad != before.bad:
         return after.bad < before.bad

@@ -19,7 +19,7 @@ from meshwright.repair.quality import Standing, standing, worst_first
 
 __all__ = ["Repair", "Step", "repair"]
 
-_MOST_REPEATS = 12
+_MOST_REPEATS = 50
 _MOST_ROUNDS = 8
 
 
@@ -116,13 +116,20 @@ def _repair(mesh: Mesh, chosen: tuple[Pass, ...], options: Options) -> Repair:
     current = mesh
     steps: list[Step] = []
     refused: list[str] = []
+    spent: dict[str, Mesh] = {}
     # Rounds go on until a whole one keeps nothing. A second run then begins where this one ended, proposes what was
     # rolled back here, and rolls it back again: nothing is left for it to change.
     for _ in range(_MOST_ROUNDS):
         kept = 0
         for row in chosen:
+            if spent.get(row.name) is current:
+                continue  # it had its turn on this very mesh
             for _ in range(_MOST_REPEATS if row.repeats else 1):
-                step, after = _transaction(row, current, now, options, refused)
+                spent[row.name] = current
+                step, after = _transaction(row, row.run, current, now, options, refused)
+                if step is not None and step.state != "kept" and row.cautious is not None:
+                    steps.append(step)
+                    step, after = _transaction(row, row.cautious, current, now, options, refused)
                 if step is None:
                     break
                 steps.append(step)
@@ -136,7 +143,12 @@ def _repair(mesh: Mesh, chosen: tuple[Pass, ...], options: Options) -> Repair:
 
 
 def _transaction(
-    row: Pass, mesh: Mesh, now: Standing, options: Options, refused: list[str]
+    row: Pass,
+    run: Callable[[Mesh, Options], Outcome],
+    mesh: Mesh,
+    now: Standing,
+    options: Options,
+    refused: list[str],
 ) -> tuple[Step | None, Standing]:
     """One pass on one mesh; None where it found nothing to do."""
     start = time.perf_counter()
@@ -154,7 +166,7 @@ def _transaction(
         )  # fmt: skip
 
     try:
-        outcome = row.run(mesh, options)
+        outcome = run(mesh, options)
     except MeshError as error:
         refused.append(f"{row.name}: {error}")
         return step("refused", str(error), None, now), now
@@ -162,10 +174,10 @@ def _transaction(
     if outcome.mesh is mesh:
         return None, now
     after = standing(outcome.mesh)
+    if row.repeats and not worst_first(now, after):
+        return step("rolled back", "it gained nothing worth a change", outcome, after), now
     fault = broken(row, mesh, outcome, now, after, options)
     if fault:
         refused.append(f"{row.name} was rolled back: {fault}")
         return step("rolled back", fault, outcome, after), now
-    if row.repeats and not worst_first(now, after):
-        return step("rolled back", "it gained nothing worth a change", outcome, after), now
     return step("kept", "", outcome, after), after

@@ -10,9 +10,9 @@ from meshwright.audit.mesh import Mesh
 from meshwright.repair.carrying import assignable, with_cells, with_points
 from meshwright.repair.held import held_points, zone_walls
 from meshwright.repair.outcome import Options, Outcome
-from meshwright.repair.tets import TetTables, improve_tets, smooth_tets, swap_tets
+from meshwright.repair.tets import TetTables, improve_tets, raise_worst_tets, smooth_tets, swap_tets
 
-__all__ = ["improve", "smooth", "swap"]
+__all__ = ["improve", "raise_worst", "smooth", "swap"]
 
 
 def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int, int]]) -> Outcome:
@@ -47,3 +47,8 @@ def smooth(mesh: Mesh, options: Options) -> Outcome:
 def improve(mesh: Mesh, options: Options) -> Outcome:
     """Swap and smooth tets in turn, then raise the worst."""
     return _on_tets(mesh, options, lambda tables: improve_tets(tables, options.tell))
+
+
+def raise_worst(mesh: Mesh, options: Options) -> Outcome:
+    """Swap and move only where tets are bad, and only to raise the worst of those touched."""
+    return _on_tets(mesh, options, lambda tables: raise_worst_tets(tables, options.tell))

@@ -140,23 +140,26 @@ def _build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Int
 
 
 @inner
-def _allowed(old_fit: float, old_cost: float, fit: float, total: float, by_fitness: bool, floor: float) -> bool:
+def _allowed(
+    old_fit: float, old_cost: float, fit: float, total: float, by_fitness: bool, floor: float, give: float
+) -> bool:
     """Whether a swap from (old_fit, old_cost) to (fit, total) is an improvement that hurts nothing."""
     if fit <= 0.0:
         return False
     if by_fitness:
         return fit > old_fit * (1.0 + _LEAST) + 1e-12
-    return total < old_cost * (1.0 - _LEAST) and fit >= min(old_fit, floor)
+    return total < old_cost * (1.0 + give) and fit >= min(old_fit, floor)
 
 
 @kernel
 def swap(
     points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
-    below: float, by_fitness: bool, floor: float,
+    below: float, by_fitness: bool, floor: float, give: float,
 ) -> int:  # fmt: skip
     """One sweep of swaps over the tets of fitness under `below`; the number made. All tables change in place.
 
     fit, price: (cap,) fitness and cost of each tet. floor: fitness above which a swap for cost may lower the smallest.
+    give: part by which a swap for cost may raise it: a little leads out of poor local optima, below 0 asks for a gain.
     """
     ring = np.empty(_LARGEST_RING + 1, np.int64)
     old = np.empty(64, np.int64)
@@ -183,7 +186,7 @@ def swap(
                 old_fit = min(old_fit, fit[old[i]])
                 old_cost += price[old[i]]
             total, least = _remove_edge(points, a, b, ring, m, by_fitness, value, low, pick)
-            if not _allowed(old_fit, old_cost, least, total, by_fitness, floor):
+            if not _allowed(old_fit, old_cost, least, total, by_fitness, floor, give):
                 continue
             n = _build(a, b, ring, m, pick, new, stack)
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
@@ -215,7 +218,7 @@ def swap(
             f3, c3 = both(points, apex, other, z, x)
             if f3 <= 0.0:
                 continue
-            if not _allowed(old_fit, old_cost, min(f1, f2, f3), c1 + c2 + c3, by_fitness, floor):
+            if not _allowed(old_fit, old_cost, min(f1, f2, f3), c1 + c2 + c3, by_fitness, floor, give):
                 continue
             old[0], old[1] = t, u
             new[0, 0], new[0, 1], new[0, 2], new[0, 3] = apex, other, x, y

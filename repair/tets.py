@@ -14,18 +14,19 @@ from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, sta
 from meshwright.repair.tet_swaps import swap
 from meshwright.repair.tet_topology import neighbours, wall_points
 
-__all__ = ["TetTables", "improve_tets", "smooth_tets", "swap_tets"]
+__all__ = ["TetTables", "improve_tets", "raise_worst_tets", "smooth_tets", "swap_tets"]
 
 Mask = NDArray[np.bool_]
 Tell = Callable[[str, int, int], None]
 
 _ROUNDS = 8
+_GIVES = (0.3, 0.3, 0.3, 0.3, 0.3, 0.2, 0.2, 0.1, 0.1, -1e-6)
+"""Part by which a swap may raise the cost, round by round: shaken first, settled at the end. Where only gains are
+allowed, the swaps come to rest in a poor local optimum: mean skewness 0.33 against 0.28 on random tets."""
 _WORST_ROUNDS = 12
 _GOOD = 0.16
 """Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
 _ROOM = 0.25
-_SETTLED = 2e-4
-"""Relative gain in the summed cost below which another round is not worth its time."""
 _BATCH = 1024
 """Points of one colour that a thread takes at a time."""
 
@@ -74,12 +75,20 @@ class TetTables:
         rows = rows[np.argsort(self.origin[rows], kind="stable")]
         return self.points, self.tets[rows], self.origin[rows]
 
-    def swap(self, below: float, by_fitness: bool) -> int:
+    @property
+    def floor(self) -> float:
+        """Fitness that no change for the mean may take a neighbourhood under: that of the worst tet there is."""
+        return float(self.fit[self.living].min())
+
+    def swap(self, below: float, by_fitness: bool, give: float = -1e-6) -> int:
         """One sweep of swaps; see `tet_swaps.swap`."""
-        floor = np.inf if by_fitness else 0.0
-        return int(swap(
-            self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free, below, by_fitness, floor
-        ))  # fmt: skip
+        floor = np.inf if by_fitness else self.floor
+        return int(
+            swap(
+                self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free,
+                below, by_fitness, floor, give,
+            )
+        )  # fmt: skip
 
     def move(self, sweeps: int, below: float | None = None) -> int:
         """Smooth all points that may move, or raise the worst of those at tets of fitness under `below`."""
@@ -92,9 +101,11 @@ class TetTables:
             rows = rows[~self.held[rows]]
         order, stops = colours(self.tets, begin, items, rows)
 
+        floor = self.floor
+
         def one(part: Ints) -> int:
             if below is None:
-                return int(smooth(self.points, self.tets, begin, items, part, 0.0))
+                return int(smooth(self.points, self.tets, begin, items, part, floor))
             return int(raise_worst(self.points, self.tets, begin, items, part, below))
 
         moved = 0
@@ -136,16 +147,19 @@ def smooth_tets(tables: TetTables) -> int:
 def improve_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
     """(swaps, moves): the mean first, then the worst until nothing gives."""
     swaps = moves = 0
-    total = np.inf
-    for i in range(_ROUNDS):
-        tell("swap and smooth", i, _ROUNDS + _WORST_ROUNDS)
-        made, moved = tables.swap(np.inf, by_fitness=False), tables.move(2)
+    for i, give in enumerate(_GIVES):
+        tell("swap and smooth", i, len(_GIVES) + _WORST_ROUNDS)
+        made, moved = tables.swap(np.inf, by_fitness=False, give=give), tables.move(2)
         swaps, moves = swaps + made, moves + moved
-        before, total = total, float(np.sum(tables.cost[tables.living]))
-        if not made + moved or before - total < _SETTLED * total:
-            break
+    made, moved = raise_worst_tets(tables, tell)
+    return swaps + made, moves + moved
+
+
+def raise_worst_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
+    """(swaps, moves): each raises the smallest fitness of the tets that it touches."""
+    swaps = moves = 0
     for i in range(_WORST_ROUNDS):
-        tell("raise the worst", _ROUNDS + i, _ROUNDS + _WORST_ROUNDS)
+        tell("raise the worst", len(_GIVES) + i, len(_GIVES) + _WORST_ROUNDS)
         made, moved = tables.swap(_GOOD, by_fitness=True), tables.move(1, below=_GOOD)
         swaps, moves = swaps + made, moves + moved
         if not made + moved:

@@ -253,3 +253,47 @@ def test_a_pass_that_worsens_one_corner_of_the_mesh_is_caught_though_the_mesh_is
     after = standing(mixed.mesh)
     assert after.worst > before.worst
     assert "neighbourhood" in broken(row, mesh, mixed, before, after, Options())
+
+
+def random_triangles(n=10, seed=3):
+    """The unit square in triangles: inner points thrown about, a third of the edges swapped at random."""
+    points, quads = square(n, 0.35, seed)
+    half = np.random.default_rng(seed).random(len(quads)) < 0.5
+    one = np.where(half[:, None], quads[:, [0, 1, 2]], quads[:, [0, 1, 3]])
+    two = np.where(half[:, None], quads[:, [0, 2, 3]], quads[:, [1, 2, 3]])
+    return solid(points, tri=np.vstack([one, two]))
+
+
+def test_triangles_end_near_the_best_there_is_with_their_boundary_and_number_kept():
+    mesh = random_triangles()
+    done = repair(mesh)
+    assert worst_of(done.after, "angle.min")["tri"][0] > 35.0
+    assert worst_of(done.after, "angle.max")["tri"][1] < 110.0
+    assert boundary_of(done.after) == boundary_of(mesh)
+    assert done.after.counts == mesh.counts
+    assert total_volume(done.after) == pytest.approx(1.0, rel=1e-12)
+    assert not repair(done.after).changed
+
+
+def test_triangles_of_a_folded_sheet_keep_the_fold():
+    flat = random_triangles(8)
+    points = np.array(flat.points)
+    points[square(8)[0][:, 0] == 0.5, 0] = 0.5
+    points[:, 2] = np.abs(points[:, 0] - 0.5)
+    mesh = Mesh(points, flat.blocks)
+    done = repair(mesh)
+    assert done.changed
+    assert np.allclose(done.after.points[:, 2], np.abs(done.after.points[:, 0] - 0.5), atol=1e-12)
+    assert total_volume(done.after) == pytest.approx(total_volume(mesh), rel=1e-12)
+
+
+def test_edges_between_zones_stay():
+    mesh = in_two_zones(random_triangles())
+    done = repair(mesh)
+
+    def areas(m):
+        corners = [m.points[m.block("tri").nodes[zone.members]] for zone in m.zones]
+        return [float(np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1).sum()) for x in corners]
+
+    assert done.changed
+    assert areas(done.after) == pytest.approx(areas(mesh), rel=1e-12)

@@ -1,0 +1,147 @@
+"""Passes on triangles: swaps for angles and for valence, and smoothing; points and their number are kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.csr import invert, uniform_offsets
+from meshwright.audit.mesh import Floats, Ints, Mesh
+from meshwright.audit.node_classes import features
+from meshwright.repair.carrying import with_cells, with_points
+from meshwright.repair.held import edge_walls, held_points
+from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.tet_smooth import colours
+from meshwright.repair.tri_tables import (
+    cost_sum,
+    flip_for_angles,
+    flip_for_valence,
+    held_by_borders,
+    neighbours_of,
+    relax,
+    smallest_angles,
+)
+
+__all__ = ["improve_triangles", "triangles"]
+
+Mask = NDArray[np.bool_]
+
+_TURN = float(np.cos(np.radians(5.0)))
+"""Swaps and moves that turn a normal of a curved surface further than this change its shape: refused."""
+_ROUNDS = 30
+_GOOD = 0.62
+"""Fitness that a triangle is raised to where it can be: angles of about 37 and 106 degrees."""
+_SETTLED = 1e-4
+
+
+def triangles(mesh: Mesh, options: Options) -> Outcome:
+    """Swap and smooth the triangles of a flat or surface mesh; other cells beside them are not touched."""
+    if mesh.faces is not None or mesh.cell_dimension != 2 or mesh.order > 1:
+        return Outcome(mesh, 0)
+    if not any(block.type == "tri" and len(block) for block in mesh.blocks):
+        return Outcome(mesh, 0)
+    block = mesh.block("tri")
+    held = held_points(mesh, options)
+    for other in mesh.blocks:
+        if CELL_TYPES[other.type].corners != "tri":
+            held[other.nodes if other.items is None else other.items] = True
+    walls = edge_walls(mesh)
+    flat = mesh.dimension == 2
+    if not flat:
+        found = features(mesh, 5.0)
+        walls = np.concatenate([walls, np.asarray(found.edges[found.sharp], np.int64)])
+    points, tris, swaps = improve_triangles(mesh.points, block.nodes, held, walls, flat=flat)
+    moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
+    if not swaps and not moved:
+        return Outcome(mesh, 0)
+    fresh, cells_from = with_cells(with_points(mesh, points), {"tri": (tris, block.rows)})
+    return Outcome(fresh, swaps + moved, f"{swaps} swaps, {moved} points moved", cells_from=cells_from)
+
+
+def improve_triangles(points: Floats, tris: Ints, held: Mask, walls: Ints, *, flat: bool) -> tuple[Floats, Ints, int]:
+    """(points, tris, number of swaps): angles first, then valence and smoothing in turn, then the worst.
+
+    points (n, 3), tris (m, 3); held (n,) points and walls (k, 2) edges stay. flat: all in the x-y plane.
+    """
+    points = np.array(points, dtype=np.float64)
+    tris = np.array(tris, dtype=np.int64)
+    n = len(points)
+    turn = 0.0 if flat else _TURN
+    across = neighbours_of(tris, n, np.ascontiguousarray(walls, dtype=np.int64).reshape(-1, 2))
+    held = held | held_by_borders(tris, across, n)
+    swaps = _until_none(lambda: flip_for_angles(points, tris, across, turn))
+    ideal = _ideal_degrees(points, tris, across, n)
+    total = np.inf
+    for i in range(_ROUNDS):
+        now = 0
+        if i < _ROUNDS - 8:
+            degree = _degrees(tris, across, n)
+            now = int(flip_for_valence(points, tris, across, degree, ideal, 0.25, turn))
+        else:
+            now = int(flip_for_angles(points, tris, across, turn))
+        _move(points, tris, held, n, 0.0, 0.0, turn, flat, sweeps=2)
+        swaps += now
+        before, total = total, float(cost_sum(points, tris))
+        if not now and before - total < _SETTLED * total:
+            break
+    for _ in range(_ROUNDS):
+        now = int(flip_for_angles(points, tris, across, turn))
+        moved = _move(points, tris, held, n, _GOOD, _GOOD, turn, flat, sweeps=1)
+        swaps += now
+        if not now + moved:
+            break
+    return points, tris, swaps
+
+
+def _move(
+    points: Floats, tris: Ints, held: Mask, n: int, below: float, floor: float, turn: float, flat: bool, sweeps: int
+) -> int:
+    begin, items = invert(uniform_offsets(len(tris), 3), tris.ravel(), n)
+    rows = np.flatnonzero(~held & (np.diff(begin) > 0))
+    if below > 0.0:
+        bad = np.zeros(n, bool)
+        bad[tris[smallest_angles(points, tris) < below]] = True
+        rows = rows[bad[rows]]
+    order, stops = colours(tris, begin, items, rows)
+    moved = 0
+    for _ in range(sweeps):
+        for c in range(len(stops) - 1):
+            moved += int(relax(points, tris, begin, items, order[stops[c] : stops[c + 1]], below, floor, turn, flat))
+    return moved
+
+
+def _until_none(sweep: Callable[[], int]) -> int:
+    made = 0
+    for _ in range(_ROUNDS):
+        now = int(sweep())
+        made += now
+        if not now:
+            break
+    return made
+
+
+def _degrees(tris: Ints, across: Ints, n: int) -> Ints:
+    """(n,) edges at each point."""
+    inner_half = np.bincount(tris.ravel(), minlength=n)
+    border = np.zeros(n, np.int64)
+    t, k = np.nonzero(across < 0)
+    ends = np.concatenate([tris[t, (k + 1) % 3], tris[t, (k + 2) % 3]])
+    border += np.bincount(ends, minlength=n)
+    return (inner_half + border // 2).astype(np.int64)
+
+
+def _ideal_degrees(points: Floats, tris: Ints, across: Ints, n: int) -> Ints:
+    """(n,) 6 inside; on a border one more than the number of 60 degree angles that fit into the angle there."""
+    corner = points[tris]
+    angle = np.zeros(n)
+    for k in range(3):
+        u, v = corner[:, (k + 1) % 3] - corner[:, k], corner[:, (k + 2) % 3] - corner[:, k]
+        a = np.arctan2(np.linalg.norm(np.cross(u, v), axis=1), np.einsum("ij,ij->i", u, v))
+        angle += np.bincount(tris[:, k], a, minlength=n)
+    ideal = np.full(n, 6, np.int64)
+    on_border = held_by_borders(tris, across, n)
+    ideal[on_border] = np.maximum(np.rint(angle[on_border] / (np.pi / 3.0)), 1).astype(np.int64) + 1
+    return ideal

@@ -24,7 +24,7 @@ def ready(path: Path) -> float | None:
     """Seconds from opening the file until the view is drawn, in software graphics; None without a browser."""
     binary = shutil.which("chromium")
     try:
-        from playwright.sync_api import sync_playwright  # noqa: PLC0415
+        from playwright.sync_api import sync_playwright
     except ImportError:
         return None
     if binary is None:

@@ -6,7 +6,17 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = ("kernels", "all_metrics", "audit_vs_checkmesh", "scanners", "scaling", "startup", "html_report", "compare")
+SCRIPTS = (
+    "kernels",
+    "all_metrics",
+    "audit_vs_checkmesh",
+    "scanners",
+    "scaling",
+    "startup",
+    "html_report",
+    "compare",
+    "repair",
+)
 
 
 def main() -> None:

@@ -24,10 +24,13 @@ _LEAST = 1e-6
 
 
 @inner
-def _ring(tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: Ints) -> int:
+def _ring(
+    tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: Ints, fit: Floats, below: float, once: bool
+) -> int:
     """Number of tets around the edge a-b, 0 where a wall opens the ring or it is too long.
 
-    ring[i], ring[i + 1] with a, b make the tet around[i], positive in this order.
+    ring[i], ring[i + 1] with a, b make the tet around[i], positive in this order. once: 0 too where a tet of the ring
+    comes before t in a sweep over those of fitness under `below`, so that each edge is tried once.
     """
     start = t
     c = d = -1
@@ -71,6 +74,8 @@ def _ring(tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: 
         t = o // 4
         if t == start:
             return n if d == first else 0
+        if once and t < start and fit[t] < below:
+            return 0
         c = d
         d = -1
         for k in range(4):
@@ -83,11 +88,22 @@ def _ring(tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: 
 
 @inner
 def _remove_edge(
-    points: Floats, a: int, b: int, ring: Ints, m: int, by_fitness: bool, value: Floats, low: Floats, pick: Ints
+    points: Floats,
+    a: int,
+    b: int,
+    ring: Ints,
+    m: int,
+    by_fitness: bool,
+    most: float,
+    least: float,
+    value: Floats,
+    low: Floats,
+    pick: Ints,
 ) -> tuple[float, float]:
     """(cost, smallest fitness) of the best triangulation of the ring; `pick` says which.
 
     by_fitness: the best is the one of the largest smallest fitness, else of the least cost.
+    most, least: what costs that much, or has a fitness below that, is not looked into: no tet costs less than 1.
     value[i, j], low[i, j]: summed cost and smallest fitness of the best triangulation of ring i to j.
     """
     for i in range(m - 1):
@@ -102,11 +118,15 @@ def _remove_edge(
             for k in range(i + 1, j):
                 if low[i, k] <= 0.0 or low[k, j] <= 0.0:
                     continue
+                rest = 2.0 * (m - 1 - span)
+                before = value[i, k] + value[k, j] + rest
+                if before + 2.0 >= most:
+                    continue
                 f1, c1 = both(points, a, ring[i], ring[k], ring[j])
-                if f1 <= 0.0:
+                if f1 <= 0.0 or f1 < least or before + 1.0 + c1 >= most:
                     continue
                 f2, c2 = both(points, ring[i], ring[k], ring[j], b)
-                if f2 <= 0.0:
+                if f2 <= 0.0 or f2 < least or before + c1 + c2 >= most:
                     continue
                 f = min(f1, f2, low[i, k], low[k, j])
                 c = c1 + c2 + value[i, k] + value[k, j]
@@ -176,16 +196,18 @@ def swap(
         done = False
         for e in range(6):
             a, b = tets[t, _EDGES[e, 0]], tets[t, _EDGES[e, 1]]
-            m = _ring(tets, across, t, a, b, ring, old)
+            m = _ring(tets, across, t, a, b, ring, old, fit, below, not by_fitness)
             if m < 3:
-                continue
-            if not by_fitness and not _looked_at_here(old, m, t, fit, below):
                 continue
             old_fit, old_cost = np.inf, 0.0
             for i in range(m):
                 old_fit = min(old_fit, fit[old[i]])
                 old_cost += price[old[i]]
-            total, least = _remove_edge(points, a, b, ring, m, by_fitness, value, low, pick)
+            most = np.inf if by_fitness else old_cost * (1.0 + give)
+            floor_here = old_fit if by_fitness else min(old_fit, floor)
+            if 2.0 * (m - 2) >= most:
+                continue
+            total, least = _remove_edge(points, a, b, ring, m, by_fitness, most, floor_here, value, low, pick)
             if not _allowed(old_fit, old_cost, least, total, by_fitness, floor, give):
                 continue
             n = _build(a, b, ring, m, pick, new, stack)
@@ -231,15 +253,6 @@ def swap(
                 made += 1
                 break
     return made
-
-
-@inner
-def _looked_at_here(around: Ints, m: int, t: int, fit: Floats, below: float) -> bool:
-    """Whether t is the first tet of the ring that the sweep comes to, so that each edge is tried once."""
-    for i in range(m):
-        if around[i] < t and fit[around[i]] < below:
-            return False
-    return True
 
 
 @inner

@@ -17,7 +17,8 @@ from meshwright.audit.mesh import Floats, Ints
 
 __all__ = ["gather", "ideal_corners", "plane_energy", "smallest_determinant", "solid_energy"]
 
-_ANGLE_POWER = 2.0
+_ANGLE_POWER = 0.5
+"""Of the angle term. Above 1 it is not convex enough to find its minimum in the strained corners of a block."""
 _HALF_ROOT3 = 0.5 * math.sqrt(3.0)
 
 

@@ -25,7 +25,7 @@ _INNER = 60
 _PIECE = 4096
 _TRIADS_2D = {"tri": ((0, 1, 2), (1, 2, 0), (2, 0, 1)), "quad": ((0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2))}
 _MOVABLE = ("quad", "hex", "wedge", "pyramid")
-_POWERS = ((1.0, 0.0), (1.0, 1.0))
+_POWERS = ((1.0, 0.0), (1.0, 3.0))
 """Power of the shape term and weight of the angle term, one minimisation after the other."""
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import limited_to
+from meshwright.repair.cell_form import in_cell_form
 from meshwright.repair.guards import broken
 from meshwright.repair.outcome import Options, Outcome, Pass
 from meshwright.repair.passes import select_passes
@@ -50,13 +51,17 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Repair:
-    """What a repair did. before and after are meshes; steps tells how the one became the other."""
+    """What a repair did. before and after are meshes; steps tells how the one became the other.
+
+    before: the mesh that was given, in the form of cells where it was given by its faces; `notes` tells what that form
+    does not hold.
+    """
 
     before: Mesh
     after: Mesh
     steps: tuple[Step, ...]
     refused: tuple[str, ...]
-    limits: tuple[str, ...]
+    notes: tuple[str, ...]
     first: Standing
     last: Standing
 
@@ -107,11 +112,12 @@ def repair(
         raise MeshError(
             f"{mesh.n_nonfinite} points have coordinates that are nan or infinite; no pass can tell where they belong"
         )
+    mesh, notes = in_cell_form(mesh)
     with limited_to(threads):
-        return _repair(mesh, chosen, options)
+        return _repair(mesh, notes, chosen, options)
 
 
-def _repair(mesh: Mesh, chosen: tuple[Pass, ...], options: Options) -> Repair:
+def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], options: Options) -> Repair:
     first = now = standing(mesh)
     current = mesh
     steps: list[Step] = []
@@ -139,7 +145,7 @@ def _repair(mesh: Mesh, chosen: tuple[Pass, ...], options: Options) -> Repair:
                 current, now = step.after, after
         if not kept:
             break
-    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), (), first, now)
+    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, first, now)
 
 
 def _transaction(

@@ -60,14 +60,14 @@ def run_repair(job: RepairJob) -> int:
         digest = fingerprint(where)
         done = repair(mesh, job.passes, hold=job.hold, tolerance=job.tolerance, threads=job.threads, progress=tell)
         tell("measure", 0, 0)
-        (_, first), (last_audit, last) = _measured(mesh, digest, job), _measured(done.after, None, job)
+        (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)
         notes = list(mesh.notes)
         if target is None:
             document = receipt(done, str(where), None)
         else:
             document, lost = _write(job, done, str(where), target)
             notes += lost
-    document["notes"] = notes
+    document["notes"] = notes + document["notes"]
     document["metrics"] = {"before": first["metrics"], "after": last["metrics"]}
     if job.output == "json":
         text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -11,7 +11,7 @@ from meshwright.audit import measure
 from meshwright.audit.connectivity import faces
 from meshwright.audit.errors import MeshError, UsageError
 from meshwright.audit.geometry import total_volume
-from meshwright.audit.mesh import NO_CELL, Mesh
+from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh, Zone
 from meshwright.repair import PASSES, repair
 from meshwright.repair.guards import broken
 from meshwright.repair.held import border_faces
@@ -297,3 +297,37 @@ def test_edges_between_zones_stay():
 
     assert done.changed
     assert areas(done.after) == pytest.approx(areas(mesh), rel=1e-12)
+
+
+def test_a_mesh_given_by_its_faces_keeps_its_walls_and_leaves_out_its_inner_zones():
+    cells = in_two_zones(random_tets(60))
+    found = faces(cells)
+    outer = np.flatnonzero(found.neighbour == NO_CELL)
+    zones = (
+        *cells.zones,
+        Zone("wall", "patch", "wall", "face", outer[::2]),
+        Zone("inner", "interior", "interior", "face", np.flatnonzero(found.neighbour != NO_CELL)),
+        Zone("inlet", "patch", "inlet", "face", outer[1::2]),
+    )
+    mesh = Mesh(cells.points, cells.blocks, faces=found, zones=zones)
+    done = repair(mesh)
+    assert done.changed
+    assert [(z.name, len(z.members)) for z in done.after.zones if z.entity == "face"] == [
+        ("wall", len(outer[::2])), ("inlet", len(outer[1::2])),
+    ]  # fmt: skip
+    assert "'inner' is left out" in done.notes[0]
+    for zone, rows in zip(done.after.zones[2:], (outer[::2], outer[1::2]), strict=True):
+        nodes = done.after.boundary[0].nodes[zone.members]
+        assert np.array_equal(nodes, found.nodes.reshape(-1, 3)[rows])
+
+
+def test_polyhedra_are_left_alone_and_said_to_be():
+    points, hexes = box(2)
+    one = solid(points, hex=hexes)
+    found = faces(one)
+    offsets = np.arange(0, 6 * len(hexes) + 1, 6)
+    items = np.concatenate([np.flatnonzero((found.owner == c) | (found.neighbour == c)) for c in range(len(hexes))])
+    block = CellBlock("polyhedron", np.arange(len(hexes)), offsets=offsets, items=items)
+    done = repair(Mesh(points, (block,), faces=found))
+    assert not done.changed
+    assert any("faces" in text for text in done.refused)

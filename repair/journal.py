@@ -48,6 +48,7 @@ def receipt(done: Repair, source: str, target: str | None) -> dict[str, Any]:
         "max_deviation": done.max_deviation,
         "steps": [_step(step) for step in done.steps],
         "refused": list(done.refused),
+        "limits": list(done.limits),
         "notes": list(done.notes),
     }
 

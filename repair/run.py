@@ -14,6 +14,7 @@ from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import limited_to
 from meshwright.repair.cell_form import in_cell_form
 from meshwright.repair.guards import broken
+from meshwright.repair.limits import limits
 from meshwright.repair.outcome import Options, Outcome, Pass
 from meshwright.repair.passes import select_passes
 from meshwright.repair.quality import Standing, standing, worst_first
@@ -54,7 +55,7 @@ class Repair:
     """What a repair did. before and after are meshes; steps tells how the one became the other.
 
     before: the mesh that was given, in the form of cells where it was given by its faces; `notes` tells what that form
-    does not hold.
+    does not hold. limits: what the boundary alone decides.
     """
 
     before: Mesh
@@ -62,6 +63,7 @@ class Repair:
     steps: tuple[Step, ...]
     refused: tuple[str, ...]
     notes: tuple[str, ...]
+    limits: tuple[str, ...]
     first: Standing
     last: Standing
 
@@ -145,7 +147,7 @@ def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], option
                 current, now = step.after, after
         if not kept:
             break
-    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, first, now)
+    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, limits(current), first, now)
 
 
 def _transaction(

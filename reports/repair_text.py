@@ -71,6 +71,8 @@ def render_text(
         out += ["", bold("  not done")] + [f"  - {printable(text, width)}" for text in document["refused"]]
     elif back:
         out.append("  A further attempt of each pass gained nothing and was rolled back: the result is settled.")
+    if document["limits"]:
+        out += ["", bold("  limits")] + [f"  - {printable(text, 2 * width)}" for text in document["limits"]]
     if document["notes"]:
         out += ["", bold("  not in the output")] + [f"  - {printable(text, width)}" for text in document["notes"][:20]]
     if target:

@@ -331,3 +331,17 @@ def test_polyhedra_are_left_alone_and_said_to_be():
     done = repair(Mesh(points, (block,), faces=found))
     assert not done.changed
     assert any("faces" in text for text in done.refused)
+
+
+def test_a_boundary_face_that_decides_the_worst_skew_is_named_with_its_place():
+    points = np.array([[0.0, 0, 0], [3, 0, 0], [1.5, 0.3, 0], [1.5, 0.1, 2]])
+    done = repair(solid(points, tet=[[0, 1, 2, 3]]))
+    worst = worst_of(done.after, "gambit.equiangle_skew")["tet"][1]
+    assert worst > 0.8
+    assert f"cannot fall under {worst:.3g} while the boundary stays" in done.limits[0]
+    assert done.limits[0].endswith("boundary face at (1.5, 0.1, 0)")
+
+
+@pytest.mark.parametrize("mesh", [random_tets(), solid(box(3, 0.2)[0], hex=box(3)[1])])
+def test_no_limit_is_told_where_inner_cells_decide_or_all_is_well(mesh):
+    assert repair(mesh).limits == ()

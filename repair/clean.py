@@ -26,7 +26,10 @@ _MOST = 0.1
 
 
 def weld(mesh: Mesh, options: Options) -> Outcome:
-    """Join points that lie within the tolerance of each other into the one of the lowest row; cells keep their rows."""
+    """Join points that lie within the tolerance of each other into the one of the lowest row.
+
+    Cells that are left without an inside by it are dropped.
+    """
     assignable(mesh)
     if mesh.n_nonfinite:
         raise MeshError(f"{mesh.n_nonfinite} points have no finite coordinates: nothing can be welded to them")
@@ -51,7 +54,11 @@ def weld(mesh: Mesh, options: Options) -> Outcome:
     keep = np.unique(target)
     into = np.searchsorted(keep, target)
     fresh, points_from = without_points(mesh, keep, into)
-    return Outcome(fresh, gone, f"points welded within {tolerance:.3g}", points_from=points_from)
+    note = f"points welded within {tolerance:.3g}"
+    flat = drop_degenerate(fresh, options)
+    if flat.changed:
+        note += f", {flat.changed} cells without an inside dropped"
+    return Outcome(flat.mesh, gone, note, points_from=points_from, cells_from=flat.cells_from, refused=flat.refused)
 
 
 def _edge_lengths(mesh: Mesh) -> Floats:
@@ -110,16 +117,7 @@ def drop_degenerate(mesh: Mesh, options: Options) -> Outcome:
 def drop_duplicates(mesh: Mesh, options: Options) -> Outcome:
     """Drop each cell that has the nodes of an earlier one."""
     assignable(mesh)
-    among = np.sort(duplicate_cells(mesh))
-    if not len(among):
-        return Outcome(mesh, 0)
-    width = max(block.nodes.shape[1] for block in mesh.blocks)
-    nodes = np.full((mesh.n_cells, width), -1, np.int64)
-    for block in mesh.blocks:
-        nodes[block.rows, : block.nodes.shape[1]] = block.nodes
-    keys = np.sort(nodes[among], axis=1)
-    _, first = np.unique(keys, axis=0, return_index=True)
-    return _without_cells(mesh, np.delete(among, first), "second copies of cells dropped")
+    return _without_cells(mesh, np.unique(duplicate_cells(mesh)[:, 0]), "second copies of cells dropped")
 
 
 def drop_unused(mesh: Mesh, options: Options) -> Outcome:

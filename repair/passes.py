@@ -6,11 +6,12 @@ from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
+from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
 from meshwright.repair.triangles import triangles
 from meshwright.repair.untangle import untangle
 
-__all__ = ["PASSES", "select_passes"]
+__all__ = ["GROUPS", "PASSES", "select_passes"]
 
 PASSES = {
     row.name: row
@@ -18,14 +19,21 @@ PASSES = {
         Pass("weld", "join points that lie on one another", weld, keeps_volume=False, explicit=True),
         Pass(
             "drop-degenerate",
-            "drop cells that name a point twice and have no volume",
+            "drop cells without an inside that name a point twice",
             drop_degenerate,
             keeps_volume=False,
             explicit=True,
         ),
         Pass("drop-duplicates", "drop second copies of cells", drop_duplicates, keeps_volume=False, explicit=True),
-        Pass("drop-unused", "drop points of no cell", drop_unused, explicit=True),
+        Pass("drop-flat", "drop triangles without height", drop_flat, keeps_volume=False, explicit=True),
+        Pass("split-junctions", "split triangles at T-junctions", split_junctions, keeps_volume=False, explicit=True),
+        Pass(
+            "drop-fins", "drop triangles that stand on an edge of three", drop_fins, keeps_volume=False, explicit=True
+        ),
+        Pass("drop-specks", "drop parts of less than 1 % of the area", drop_specks, keeps_volume=False, explicit=True),
         Pass("orient", "reverse cells that look inside out, as their neighbours tell", orient, keeps_orientation=False),
+        Pass("fill-holes", "close small holes in a surface", fill_holes, keeps_volume=False, explicit=True),
+        Pass("drop-unused", "drop points of no cell", drop_unused, explicit=True),
         Pass("untangle", "move inner points until no cell is inverted, then to better shapes", untangle, repeats=True),
         Pass("swap", "swap edges and faces of tets", swap, repeats=True, explicit=True),
         Pass("smooth", "move inner points of tets", smooth, repeats=True, explicit=True),
@@ -35,14 +43,25 @@ PASSES = {
 }
 
 
+GROUPS = {
+    "clean": ("weld", "drop-degenerate", "drop-duplicates", "drop-unused"),
+    "surface": (
+        "weld", "drop-degenerate", "drop-duplicates", "drop-flat", "split-junctions", "drop-fins", "drop-specks",
+        "orient", "fill-holes", "drop-unused",
+    ),
+}  # fmt: skip
+"""Names that stand for several passes: `surface` makes one closed surface out of the loose triangles of an STL file."""
+
+
 def select_passes(names: str | None) -> tuple[Pass, ...]:
     """The passes named, with commas, in the order of the table; those of a plain repair for None."""
     if names is None:
         return tuple(row for row in PASSES.values() if not row.explicit)
-    wanted = [name.strip() for name in names.split(",") if name.strip()]
+    named = [name.strip() for name in names.split(",") if name.strip()]
+    wanted = [name for word in named for name in GROUPS.get(word, (word,))]
     for name in wanted:
         if name not in PASSES:
-            raise UsageError(f"unknown pass {name[:60]!r}; known are {', '.join(PASSES)}")
+            raise UsageError(f"unknown pass {name[:60]!r}; known are {', '.join((*GROUPS, *PASSES))}")
     if not wanted:
         raise UsageError(f"no pass named; known are {', '.join(PASSES)}")
     return tuple(row for row in PASSES.values() if row.name in wanted)

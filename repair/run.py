@@ -125,6 +125,7 @@ def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], option
     steps: list[Step] = []
     refused: list[str] = []
     spent: dict[str, Mesh] = {}
+    blocked = False
     # Rounds go on until a whole one keeps nothing. A second run then begins where this one ended, proposes what was
     # rolled back here, and rolls it back again: nothing is left for it to change.
     for _ in range(_MOST_ROUNDS):
@@ -142,10 +143,15 @@ def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], option
                     break
                 steps.append(step)
                 if step.state != "kept":
+                    blocked = row.explicit and not row.repeats
                     break
                 kept += 1
                 current, now = step.after, after
-        if not kept:
+            if blocked:
+                # the passes after it were asked for on the strength of it
+                refused.append(f"the passes after {row.name} were not run")
+                break
+        if not kept or blocked:
             break
     return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, limits(current), first, now)
 

@@ -59,9 +59,11 @@ def command(ctx: click.Context, /, **options: Any) -> None:
 
 
 def _list(ctx: click.Context) -> None:
-    from meshwright.repair.passes import PASSES  # noqa: PLC0415
+    from meshwright.repair.passes import GROUPS, PASSES  # noqa: PLC0415
 
     width = max(map(len, PASSES))
     for row in PASSES.values():
         click.echo(f"{row.name:{width}}  {row.title}{'' if row.explicit else ' (default)'}")
+    for name, members in GROUPS.items():
+        click.echo(f"{name:{width}}  all of {', '.join(members)}")
     ctx.exit(0)

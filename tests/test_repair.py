@@ -147,7 +147,7 @@ def test_holding_a_zone_that_is_not_there_names_those_that_are():
 
 
 def test_an_unknown_pass_names_the_known_ones():
-    with pytest.raises(UsageError, match="unknown pass 'smoth'; known are weld, "):
+    with pytest.raises(UsageError, match="unknown pass 'smoth'; known are clean, surface, weld, "):
         repair(random_tets(), "smoth")
 
 

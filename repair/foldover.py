@@ -15,7 +15,7 @@ import numpy as np
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 
-__all__ = ["gather", "ideal_corners", "plane_energy", "smallest_determinant", "solid_energy"]
+__all__ = ["gather", "ideal_corners", "plane_energy", "smallest_determinants", "solid_energy"]
 
 _ANGLE_POWER = 0.5
 """Of the angle term. Above 1 it is not convex enough to find its minimum in the strained corners of a block."""
@@ -49,11 +49,14 @@ def _chi(e: float, det: float) -> tuple[float, float]:
 
 
 @kernel
-def smallest_determinant(points: Floats, cells: Ints, triads: Ints, inverse: Floats) -> float:
-    """Smallest determinant of J over all corners; cells (m, k), triads (c, 1 + d), inverse (d, d) of the ideal one."""
+def smallest_determinants(points: Floats, cells: Ints, triads: Ints, inverse: Floats) -> Floats:
+    """(m,) smallest determinant of J over the corners of each cell.
+
+    cells (m, k), triads (c, 1 + d), inverse (d, d) of the ideal corner.
+    """
     d = inverse.shape[0]
     whole = np.linalg.det(inverse)
-    low = np.inf
+    out = np.full(cells.shape[0], np.inf)
     for i in range(cells.shape[0]):
         for q in range(triads.shape[0]):
             o, a, b = cells[i, triads[q, 0]], cells[i, triads[q, 1]], cells[i, triads[q, 2]]
@@ -65,8 +68,8 @@ def smallest_determinant(points: Floats, cells: Ints, triads: Ints, inverse: Flo
                 c = cells[i, triads[q, 3]]
                 wx, wy, wz = points[c, 0] - points[o, 0], points[c, 1] - points[o, 1], points[c, 2] - points[o, 2]
                 det = ux * (vy * wz - vz * wy) + uy * (vz * wx - vx * wz) + uz * (vx * wy - vy * wx)
-            low = min(low, det * whole)
-    return low
+            out[i] = min(out[i], det * whole)
+    return out
 
 
 @kernel

@@ -9,7 +9,7 @@ from meshwright.repair.outcome import Pass
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
 from meshwright.repair.triangles import triangles
-from meshwright.repair.untangle import untangle
+from meshwright.repair.untangle import relax, untangle
 
 __all__ = ["GROUPS", "PASSES", "select_passes"]
 
@@ -34,7 +34,8 @@ PASSES = {
         Pass("orient", "reverse cells that look inside out, as their neighbours tell", orient, keeps_orientation=False),
         Pass("fill-holes", "close small holes in a surface", fill_holes, keeps_volume=False, explicit=True),
         Pass("drop-unused", "drop points of no cell", drop_unused, explicit=True),
-        Pass("untangle", "move inner points until no cell is inverted, then to better shapes", untangle, repeats=True),
+        Pass("untangle", "move inner points near inverted cells until there are none", untangle, repeats=True),
+        Pass("relax", "move inner points of quads and hexes to the best shapes", relax, repeats=True, explicit=True),
         Pass("swap", "swap edges and faces of tets", swap, repeats=True, explicit=True),
         Pass("smooth", "move inner points of tets", smooth, repeats=True, explicit=True),
         Pass("improve", "swap and smooth tets in turn, the worst last", improve, repeats=True, cautious=raise_worst),

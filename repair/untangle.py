@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from meshwright.audit.cells import CELL_TYPES
@@ -14,15 +15,19 @@ from meshwright.audit.csr import invert, uniform_offsets
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import in_parallel
 from meshwright.repair.carrying import with_points
-from meshwright.repair.foldover import gather, ideal_corners, plane_energy, smallest_determinant, solid_energy
+from meshwright.repair.foldover import gather, ideal_corners, plane_energy, smallest_determinants, solid_energy
 from meshwright.repair.held import held_points
 from meshwright.repair.outcome import Options, Outcome
 
-__all__ = ["untangle"]
+__all__ = ["relax", "untangle"]
 
 _MOST_ROUNDS = 60
 _INNER = 60
 _PIECE = 4096
+_RINGS = (3, 3, 6, 12, 0)
+"""Rings of cells by which the region around inverted cells grows from attempt to attempt; 0 for the whole mesh."""
+_MANY = 0.2
+"""Part of the cells that are inverted from which on the whole mesh is untangled at once."""
 _TRIADS_2D = {"tri": ((0, 1, 2), (1, 2, 0), (2, 0, 1)), "quad": ((0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2))}
 _MOVABLE = ("quad", "hex", "wedge", "pyramid")
 _POWERS = ((1.0, 0.0), (1.0, 3.0))
@@ -58,9 +63,7 @@ class _Problem:
             nodes = block.nodes[is_moving[block.nodes].any(axis=1)].astype(np.int64)
             if not len(nodes):
                 continue
-            table = CELL_TYPES[corners].triad_table if self.d == 3 else np.array(_TRIADS_2D[corners])
-            if corners == "tet":
-                table = table[:1]
+            table = _corner_table(corners, self.d)
             begin, places = invert(uniform_offsets(len(nodes), nodes.shape[1]), nodes.ravel(), len(mesh.points))
             cell_places = _places(nodes, begin, places)
             self.blocks.append(_Block(
@@ -85,7 +88,7 @@ class _Problem:
 
     def smallest(self) -> float:
         """Smallest determinant of a corner, in units of the mean cell."""
-        return min(float(smallest_determinant(self.points, b.nodes, b.triads, b.inverse)) for b in self.blocks)
+        return min(float(smallest_determinants(self.points, b.nodes, b.triads, b.inverse).min()) for b in self.blocks)
 
     def __call__(self, x: Floats) -> tuple[float, Floats]:
         self.place(x)
@@ -133,48 +136,105 @@ def _places(nodes: Ints, begin: Ints, cells: Ints) -> Ints:
 
 
 def untangle(mesh: Mesh, options: Options) -> Outcome:
-    """Move inner points until no corner is inverted, then to the least energy.
+    """Move inner points until no corner is inverted: those near the inverted ones first, more where that is not enough.
 
-    Points of quads, hexes, wedges and pyramids move; those of tets or triangles alone only where a cell is inverted.
-    Leaves shells, second-order cells and polyhedra alone.
+    Far from them nothing moves, so that the spacing of boundary layers stays as it was made. Leaves shells, cells of
+    second order and polyhedra alone.
     """
-    if mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
+    free = _free_points(mesh, options)
+    if not len(free):
         return Outcome(mesh, 0)
-    if mesh.cell_dimension == 2 and mesh.dimension == 3 and np.ptp(mesh.points[:, 2]) > 0.0:
+    nodes = _padded_corners(mesh)
+    bad = _tangled(mesh)
+    if not bad.any():
         return Outcome(mesh, 0)
-    if any(CELL_TYPES[block.type].order > 1 for block in mesh.blocks):
-        return Outcome(mesh, 0)
-    held = held_points(mesh, options)
-    used = np.zeros(len(mesh.points), bool)
+    everything = np.count_nonzero(bad) > _MANY * mesh.n_cells
+    is_free = np.zeros(len(mesh.points) + 1, bool)
+    is_free[free] = True
+    near = np.zeros(len(mesh.points) + 1, bool)
+    near[nodes[bad].ravel()] = True
+    for rings in (0,) if everything else _RINGS:
+        if rings:
+            for _ in range(rings):
+                near[nodes[near[nodes].any(axis=1)].ravel()] = True
+                near[-1] = False
+            moving: Ints = np.flatnonzero(near & is_free)
+        else:
+            moving = free
+        if not len(moving):
+            continue
+        problem = _Problem(mesh, moving)
+        if problem.smallest() <= 0.0 and _untangle(problem, options):
+            _polish(problem, options)
+            return _outcome(mesh, problem)
+        if len(moving) == len(free):
+            break
+    return Outcome(mesh, 0, refused=("no place for the inner points was found that leaves no corner inverted",))
+
+
+def relax(mesh: Mesh, options: Options) -> Outcome:
+    """Move the inner points of quads, hexes, pyramids and wedges to the best shapes; their spacing evens out."""
+    free = _free_points(mesh, options)
+    theirs = np.zeros(len(mesh.points), bool)
     for block in mesh.blocks:
-        used[block.nodes] = True
-    moving = np.flatnonzero(used & ~held)
+        if block.type in _MOVABLE:
+            theirs[block.nodes] = True
+    moving = free[theirs[free]] if len(free) else free
     if not len(moving):
         return Outcome(mesh, 0)
     problem = _Problem(mesh, moving)
-    tangled = problem.smallest() <= 0.0
-    if not tangled:
-        # swaps serve triangles and tets better than moves alone: only what touches other cells is moved for its shape
-        theirs = np.zeros(len(mesh.points), bool)
-        for block in mesh.blocks:
-            if block.type in _MOVABLE:
-                theirs[block.nodes] = True
-        moving = moving[theirs[moving]]
-        if not len(moving):
-            return Outcome(mesh, 0)
-        problem = _Problem(mesh, moving)
-    refused = []
-    if tangled and not _untangle(problem, options):
-        refused.append("the foldover-free energy found no place for the inner points without inverted corners")
-    if not refused:
-        _polish(problem, options)
+    if problem.smallest() <= 0.0:
+        return Outcome(mesh, 0, refused=("cells are inverted: untangle them first",))
+    _polish(problem, options)
+    return _outcome(mesh, problem)
+
+
+def _free_points(mesh: Mesh, options: Options) -> Ints:
+    """Rows of the points that may move; none in a mesh that these passes do not work on."""
+    none = np.empty(0, np.int64)
+    if mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
+        return none
+    if mesh.cell_dimension == 2 and mesh.dimension == 3 and np.ptp(mesh.points[:, 2]) > 0.0:
+        return none
+    if any(CELL_TYPES[block.type].order > 1 for block in mesh.blocks):
+        return none
+    used = np.zeros(len(mesh.points), bool)
+    for block in mesh.blocks:
+        used[block.nodes] = True
+    return np.flatnonzero(used & ~held_points(mesh, options))
+
+
+def _tangled(mesh: Mesh) -> NDArray[np.bool_]:
+    """(n_cells,) cells with a corner of no or negative volume."""
+    out = np.zeros(mesh.n_cells, bool)
+    for block in mesh.blocks:
+        corners = CELL_TYPES[block.type].corners
+        table = _corner_table(corners, mesh.cell_dimension)
+        inverse = np.asarray(np.linalg.inv(ideal_corners(corners)), np.float64)
+        out[block.rows] = smallest_determinants(mesh.points, block.nodes.astype(np.int64), table, inverse) <= 0.0
+    return out
+
+
+def _padded_corners(mesh: Mesh) -> Ints:
+    """(n_cells, k) points of each cell, filled up with n, which is no point."""
+    width = max(block.nodes.shape[1] for block in mesh.blocks)
+    out = np.full((mesh.n_cells, width), len(mesh.points), np.int64)
+    for block in mesh.blocks:
+        out[block.rows, : block.nodes.shape[1]] = block.nodes
+    return out
+
+
+def _corner_table(corners: str, d: int) -> Ints:
+    table = CELL_TYPES[corners].triad_table if d == 3 else np.array(_TRIADS_2D[corners])
+    return table[:1] if corners == "tet" else table
+
+
+def _outcome(mesh: Mesh, problem: _Problem) -> Outcome:
     points = np.array(mesh.points)
-    there = problem.points[moving] * problem.unit + problem.shift
-    points[moving, : problem.d] = there[:, : problem.d]
-    if problem.d == 2:
-        points[:, 2] = mesh.points[:, 2]
+    there = problem.points[problem.moving] * problem.unit + problem.shift
+    points[problem.moving, : problem.d] = there[:, : problem.d]
     moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
-    return Outcome(with_points(mesh, points), moved, "points moved", refused=tuple(refused))
+    return Outcome(with_points(mesh, points), moved, "points moved")
 
 
 def _untangle(problem: _Problem, options: Options) -> bool:

@@ -121,8 +121,22 @@ def test_tets_end_well_above_where_slivers_begin():
 @pytest.mark.parametrize("jitter", [0.3, 0.75, 1.5])
 def test_a_tangled_box_becomes_the_grid_it_was(jitter):
     points, hexes = box(6, jitter)
-    done = repair(solid(points, hex=hexes))
+    done = repair(solid(points, hex=hexes), "orient,untangle,relax")
     assert np.allclose(done.after.points, box(6)[0], atol=1e-4)
+
+
+def test_a_graded_layer_keeps_its_spacing_where_cells_far_from_it_are_untangled():
+    points, hexes = box(16)
+    points = np.array(points)
+    points[:, 0] = points[:, 0] ** 3
+    wrong = int(np.flatnonzero(np.isclose(points, [0.875**3, 0.5, 0.5]).all(axis=1))[0])
+    points[wrong, 1] += 0.2
+    mesh = solid(points, hex=hexes)
+    done = repair(mesh)
+    assert done.first.bad > 0
+    assert done.last.bad == 0
+    layer = points[:, 0] < 0.2
+    assert np.array_equal(done.after.points[layer], points[layer])
 
 
 def test_exactly_the_cells_that_are_inside_out_are_reversed_however_tangled_the_others_are():

@@ -66,7 +66,9 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     if mesh.dimension == 3 and mesh.cell_dimension == 2:
         open_ = np.zeros(n, bool)
         open_[component[_with_free_edges(mesh, first, second)]] = True
-        flip = np.where(open_, majority, flip)
+        # a closed part that agrees with itself may be the wall of a void: beside others it is left as it is
+        whole = np.bincount(component, turned, minlength=n) == 0
+        flip = np.where(open_ | (whole & (n > 1)), majority, flip)
     reverse ^= flip[component]
     refused = []
     bad = np.unique(component[torn])

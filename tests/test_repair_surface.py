@@ -72,3 +72,10 @@ def test_solid_meshes_are_no_surfaces():
     done = repair(tet, "drop-flat,split-junctions,drop-fins,drop-specks,fill-holes")
     assert not done.changed
     assert done.steps == ()
+
+
+def test_the_wall_of_a_void_stays_turned_inward():
+    points, tris = sphere(2)
+    both = np.vstack([tris, tris[:, ::-1] + len(points)])
+    done = repair(Mesh(np.vstack([points, 0.5 * points]), (CellBlock("tri", np.arange(len(both)), both),)), "orient")
+    assert not done.changed

@@ -9,9 +9,9 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Mesh, Zone
 
-__all__ = ["boundary_mesh"]
+__all__ = ["blocks_of_faces", "boundary_mesh"]
 
-_BY_WIDTH = {3: "tri", 4: "quad"}
+_BY_WIDTH = {2: "line", 3: "tri", 4: "quad"}
 
 
 def boundary_mesh(mesh: Mesh) -> Mesh | None:
@@ -35,7 +35,7 @@ def boundary_mesh(mesh: Mesh) -> Mesh | None:
         zones_follow = mesh.faces is not None
         outside = _on_surface(mesh, sides) if zones_follow else sides.neighbour == NO_CELL
         old_rows = np.flatnonzero(outside)
-        blocks = _blocks_of_faces(sides, old_rows)
+        blocks = blocks_of_faces(sides, old_rows)
         ids = old_rows if sides.ids is None else sides.ids[old_rows]
     if not blocks:
         return None
@@ -63,8 +63,8 @@ def _renumbered(block: CellBlock, old_rows: NDArray) -> CellBlock:
     return CellBlock(block.type, np.searchsorted(old_rows, block.rows), block.nodes, block.offsets, block.items)
 
 
-def _blocks_of_faces(sides: Faces, rows: NDArray) -> tuple[CellBlock, ...]:
-    """Triangles, quadrilaterals and polygons of these faces; faces of fewer than three nodes are not there in 3-D."""
+def blocks_of_faces(sides: Faces, rows: NDArray) -> tuple[CellBlock, ...]:
+    """Lines (the faces of 2-D cells), triangles, quadrilaterals and polygons of these faces, in their order."""
     widths = np.diff(sides.offsets)[rows]
     blocks = []
     for width, name in _BY_WIDTH.items():

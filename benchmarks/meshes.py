@@ -11,10 +11,21 @@ from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
 from meshwright.audit.mesh import CellBlock, Mesh
 
-__all__ = ["as_mesh", "block_faces", "hex_block", "split_to_tets", "write_fluent", "write_gmsh41", "write_openfoam"]
+__all__ = [
+    "as_mesh",
+    "block_faces",
+    "hex_block",
+    "random_tets",
+    "split_to_tets",
+    "thrown_block",
+    "write_fluent",
+    "write_gmsh41",
+    "write_openfoam",
+]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
@@ -56,6 +67,37 @@ def _first_nodes(n: tuple[int, int, int]) -> Ints:
 def split_to_tets(hexes: Ints) -> Ints:
     """(6 cells, 4) nodes: every hexahedron as six tetrahedra, conforming."""
     return np.concatenate([hexes[:, tet] for tet in _TETS])
+
+
+def thrown_block(n: int, jitter: float, seed: int) -> tuple[Floats, Ints]:
+    """Points and nodes of a unit cube in n^3 hexahedra, its inner points thrown about by up to `jitter` of the spacing.
+
+    The hull is the regular grid. Cells are tangled from a jitter of about 0.5 on.
+    """
+    points, nodes = hex_block((n, n, n), 0.0)
+    inner = ((points > 1e-9) & (points < 1.0 - 1e-9)).all(axis=1)
+    points[inner] += np.random.default_rng(seed).uniform(-jitter / n, jitter / n, (int(inner.sum()), 3))
+    return points, nodes
+
+
+def random_tets(n: int, seed: int = 7) -> tuple[Floats, Ints]:
+    """Points and nodes of the Delaunay tets of n random points in the unit cube: slivers everywhere, none inverted.
+
+    The hull is a jittered grid with flat sides; flat tets in it are left out.
+    """
+    r = np.random.default_rng(seed)
+    k = max(3, round(n ** (1 / 3) * 0.9))
+    axis = np.linspace(0.0, 1.0, k + 1)
+    grid = np.array(np.meshgrid(axis, axis, axis, indexing="ij")).reshape(3, -1).T
+    hull = grid[((grid == 0.0) | (grid == 1.0)).any(axis=1)]
+    move = r.uniform(-0.18 / k, 0.18 / k, hull.shape)
+    move[(hull == 0.0) | (hull == 1.0)] = 0.0
+    points = np.vstack([hull + move, 0.5 / k + (1.0 - 1.0 / k) * r.random((n, 3))])
+    tets = Delaunay(points).simplices.astype(np.int32)
+    a, b, c, d = (points[tets[:, i]] for i in range(4))
+    size = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
+    tets[size < 0.0] = tets[size < 0.0][:, [0, 2, 1, 3]]
+    return points, tets[np.abs(size) > 1e-13]
 
 
 def as_mesh(kind: str, points: Floats, nodes: Ints) -> Mesh:

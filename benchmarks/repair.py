@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import Delaunay
+from meshes import random_tets, thrown_block
 from timing import machine, table
 
 from meshwright.audit import measure, read
@@ -43,37 +43,9 @@ def mesh_of(points: Any, cells: dict[str, Any]) -> Mesh:
     return Mesh(points, tuple(blocks), dimension=2 if flat else 3)
 
 
-def random_tets(n: int) -> Mesh:
-    """Delaunay tets of random points in a cube: slivers everywhere."""
-    r = np.random.default_rng(7)
-    k = max(3, round(n ** (1 / 3) * 0.9))
-    g = np.linspace(0.0, 1.0, k + 1)
-    grid = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T
-    rim = grid[((grid == 0) | (grid == 1)).any(axis=1)]
-    jitter = r.uniform(-0.18 / k, 0.18 / k, rim.shape)
-    jitter[(rim == 0) | (rim == 1)] = 0.0
-    points = np.vstack([rim + jitter, 0.5 / k + (1 - 1.0 / k) * r.random((n, 3))])
-    tets = Delaunay(points).simplices.astype(np.int64)
-    a, b, c, d = (points[tets[:, i]] for i in range(4))
-    size = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
-    tets[size < 0] = tets[size < 0][:, [0, 2, 1, 3]]
-    return mesh_of(points, {"tet": tets[np.abs(size) > 1e-13]})
-
-
-def block_of_hexes(n: int, jitter: float) -> Mesh:
-    """n^3 hexes of a cube, inner points thrown about by `jitter` of an edge: tangled from about 0.5 on."""
-    r = np.random.default_rng(12)
-    g = np.linspace(0.0, 1.0, n + 1)
-    points = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T.copy()
-    inner = ((points > 1e-9) & (points < 1 - 1e-9)).all(axis=1)
-    points[inner] += r.uniform(-jitter / n, jitter / n, (int(inner.sum()), 3))
-    i, j, k = (x.ravel() for x in np.meshgrid(*[np.arange(n)] * 3, indexing="ij"))
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    return mesh_of(points, {"hex": np.stack([((i + a) * (n + 1) + j + b) * (n + 1) + k + c for a, b, c in corners], 1)})
-
-
 def ours(mesh: Mesh) -> Mesh:
-    return repair(mesh).after
+    """What a user runs on a mesh without grading."""
+    return repair(mesh, "orient,untangle,relax,improve,triangles").after
 
 
 def outside(tets: Any) -> Any:
@@ -246,9 +218,11 @@ def main() -> None:
         for file in options.files:
             compare(file.name, read(file))
         return
-    compare("tets of random points", random_tets(options.points))
+    points, tets = random_tets(options.points)
+    compare("tets of random points", mesh_of(points, {"tet": tets}))
     for jitter in (0.3, 0.75, 1.5):
-        compare(f"hexes thrown about by {jitter} of an edge", block_of_hexes(options.side, jitter))
+        points, hexes = thrown_block(options.side, jitter, seed=12)
+        compare(f"hexes thrown about by {jitter} of an edge", mesh_of(points, {"hex": hexes}))
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import numpy as np
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
 
-__all__ = ["assignable", "with_cells", "with_points", "without_points"]
+__all__ = ["assignable", "padded", "with_cells", "with_points", "without_points"]
 
 
 def assignable(mesh: Mesh) -> None:
@@ -93,3 +93,13 @@ def without_points(mesh: Mesh, keep: Ints, into: Ints) -> tuple[Mesh, Ints]:
         spare_points=spare,
     )
     return fresh, np.asarray(keep)
+
+
+def padded(mesh: Mesh) -> Ints:
+    """(n_cells, k) nodes of every cell, -1 where it has fewer than the largest."""
+    width = max((b.nodes.shape[1] for b in mesh.blocks if b.items is None), default=0)
+    out = np.full((mesh.n_cells, max(width, 1)), -1, np.int64)
+    for block in mesh.blocks:
+        if block.items is None:
+            out[block.rows, : block.nodes.shape[1]] = block.nodes
+    return out

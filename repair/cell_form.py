@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from meshwright.audit.errors import printable
-from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh, Zone
+from meshwright.audit.mesh import NO_CELL, Mesh, Zone
+from meshwright.audit.surface import blocks_of_faces
 
 __all__ = ["in_cell_form"]
-
-_BY_WIDTH = {2: "line", 3: "tri", 4: "quad"}
 
 
 def in_cell_form(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
@@ -29,13 +28,6 @@ def in_cell_form(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
         if zone.role != "interior":
             chosen[zone.members] = True
     rows = np.flatnonzero(chosen)
-    widths = np.diff(faces.offsets)[rows]
-    blocks = []
-    for width, name in _BY_WIDTH.items():
-        at = np.flatnonzero(widths == width)
-        if len(at):
-            begin = faces.offsets[rows[at]].astype(np.int64)
-            blocks.append(CellBlock(name, at, faces.nodes[begin[:, None] + np.arange(width)]))
     zones: list[Zone] = []
     notes = []
     for zone in mesh.zones:
@@ -45,5 +37,5 @@ def in_cell_form(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
             notes.append(f"zone {printable(zone.name, 100)!r} is left out: its inner faces follow from the cells")
         else:
             zones.append(replace(zone, members=np.searchsorted(rows, zone.members)))
-    fresh = replace(mesh, faces=None, boundary=tuple(blocks), boundary_ids=None, zones=tuple(zones))
+    fresh = replace(mesh, faces=None, boundary=blocks_of_faces(faces, rows), boundary_ids=None, zones=tuple(zones))
     return fresh, tuple(notes)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshwright.audit.geometry import cell_geometry
-from meshwright.audit.mesh import Ints, Mesh
+from meshwright.audit.mesh import Floats, Ints, Mesh
+from meshwright.repair.carrying import padded
 from meshwright.repair.held import held_points
 from meshwright.repair.outcome import Options, Outcome, Pass
-from meshwright.repair.quality import Standing
+from meshwright.repair.quality import Standing, worst_around_points, worst_at_points
+from meshwright.repair.sizes import signed_sizes
 
-__all__ = ["broken", "padded"]
+__all__ = ["broken"]
 
 _VOLUME = 1e-12
 _ROUNDING = 1e-9
@@ -26,35 +27,56 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     if [zone.name for zone in new.zones] != [zone.name for zone in mesh.zones]:
         return "zones would be lost"
     emptied = [z.name for z, old in zip(new.zones, mesh.zones, strict=True) if len(old.members) and not len(z.members)]
-    if emptied and row.keeps_volume:
+    if emptied and row.nothing_worse:
         return f"zone {emptied[0]!r} would lose its last member"
     origin = np.arange(len(new.points)) if outcome.points_from is None else outcome.points_from
     stays = held_points(mesh, options)
-    carried = np.zeros(len(mesh.points), bool)
     old = origin >= 0
-    carried[origin[old]] = True
     still = old & stays[np.where(old, origin, 0)]
     if not np.array_equal(new.points[still].view(np.int64), mesh.points[origin[still]].view(np.int64)):
         return "a point that is held would move"
-    if row.keeps_volume and row.keeps_orientation:
-        fault = _volume_change(mesh, new)
-        if fault:
-            return fault
-    return _worse_somewhere(mesh, outcome, before, after) if row.keeps_orientation and row.keeps_volume else ""
+    if not row.nothing_worse:
+        return ""
+    fault = _volume_change(mesh, new)
+    if fault:
+        return fault
+    if row.nothing_worse == "in regions":
+        return _worse_in_regions(mesh, outcome, before, after)
+    return _worse_around_points(mesh, outcome, before, after)
 
 
 def _volume_change(mesh: Mesh, new: Mesh) -> str:
+    """In words, "" where the signed volume (area in the plane) is the same: inner points cannot change it.
+
+    A curved surface has neither; what swaps do to it is limited by the angle by which they may turn a normal.
+    """
     if mesh.cell_dimension == 2 and mesh.dimension == 3:
-        return ""  # the area of a curved surface is not kept by moving its points in it
-    a, b = cell_geometry(mesh).volume, cell_geometry(new).volume
-    one, two = float(np.sum(a)), float(np.sum(b))
-    scale = max(float(np.sum(np.abs(b))), abs(one))
-    if abs(two - one) > _VOLUME * scale and not (np.any(a <= 0.0) and mesh.cell_dimension == 2):
+        return ""
+    one, two = (float(np.sum(signed_sizes(m))) for m in (mesh, new))
+    scale = max(float(np.sum(np.abs(signed_sizes(new)))), abs(one))
+    if abs(two - one) > _VOLUME * scale:
         return f"the volume would change from {one:.17g} to {two:.17g}"
     return ""
 
 
-def _worse_somewhere(mesh: Mesh, outcome: Outcome, before: Standing, after: Standing) -> str:
+def _worse_around_points(mesh: Mesh, outcome: Outcome, before: Standing, after: Standing) -> str:
+    """No cell may be worse than the worst one was around any of its points."""
+    old = worst_around_points(padded(mesh), worst_at_points(mesh, before.quality))
+    new = worst_at_points(outcome.mesh, after.quality)
+    origin = np.arange(len(new)) if outcome.points_from is None else outcome.points_from
+    kept = np.flatnonzero(origin >= 0)
+    return _fallen(old[origin[kept]], new[kept])
+
+
+def _fallen(low_old: Floats, low_new: Floats) -> str:
+    worse = low_new < low_old - _ROUNDING
+    if not worse.any():
+        return ""
+    at = int(np.argmax(np.where(worse, low_old - low_new, -np.inf)))
+    return f"the worst cell of a neighbourhood would fall from {low_old[at]:.4g} to {low_new[at]:.4g}"
+
+
+def _worse_in_regions(mesh: Mesh, outcome: Outcome, before: Standing, after: Standing) -> str:
     """The worst cell of each connected region that changes may not get worse."""
     old_touched, new_touched = _touched(mesh, outcome)
     if not len(old_touched) or not len(new_touched):
@@ -63,11 +85,7 @@ def _worse_somewhere(mesh: Mesh, outcome: Outcome, before: Standing, after: Stan
     low_old, low_new = np.full(n, np.inf), np.full(n, np.inf)
     np.minimum.at(low_old, region_old, before.quality[old_touched])
     np.minimum.at(low_new, region_new, after.quality[new_touched])
-    worse = low_new < low_old - _ROUNDING
-    if worse.any():
-        at = int(np.argmax(low_old - low_new))
-        return f"the worst cell of a neighbourhood would fall from {low_old[at]:.4g} to {low_new[at]:.4g}"
-    return ""
+    return _fallen(low_old, low_new)
 
 
 def _touched(mesh: Mesh, outcome: Outcome) -> tuple[Ints, Ints]:
@@ -89,16 +107,6 @@ def _touched(mesh: Mesh, outcome: Outcome) -> tuple[Ints, Ints]:
     untouched = np.zeros(mesh.n_cells, bool)
     untouched[cells_from[~new_touched]] = True
     return np.flatnonzero(~untouched), np.flatnonzero(new_touched)
-
-
-def padded(mesh: Mesh) -> Ints:
-    """(n_cells, k) nodes of every cell, -1 where it has fewer than the largest."""
-    width = max((b.nodes.shape[1] for b in mesh.blocks if b.items is None), default=0)
-    out = np.full((mesh.n_cells, max(width, 1)), -1, np.int64)
-    for block in mesh.blocks:
-        if block.items is None:
-            out[block.rows, : block.nodes.shape[1]] = block.nodes
-    return out
 
 
 def _regions(mesh: Mesh, outcome: Outcome, old_rows: Ints, new_rows: Ints) -> tuple[Ints, Ints, int]:

@@ -13,6 +13,8 @@ import hashlib
 import io
 import json
 import zipfile
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ import numpy as np
 from meshwright.audit.errors import ReadError, UsageError, printable
 from meshwright.audit.files import replacing
 from meshwright.audit.mesh import Mesh
-from meshwright.repair.guards import padded
+from meshwright.repair.carrying import padded
 from meshwright.repair.run import Repair, Step
 
 __all__ = ["RECEIPT", "changes", "receipt", "save_journal", "undo"]
@@ -132,32 +134,60 @@ def undo(journal: str, repaired: str, target: str) -> str:
     journal tells of: it may have been edited since, and undoing would lose that.
     """
     try:
-        with zipfile.ZipFile(journal) as archive:
-            info = archive.getinfo("receipt.json")
-            if info.file_size > _LONGEST_RECEIPT:
-                raise ReadError(journal, "receipt.json", "a receipt of a sensible size", f"{info.file_size} bytes")
-            document = json.loads(archive.read(info))
-            if not isinstance(document, dict) or document.get("schema") != RECEIPT:
-                raise ReadError(journal, "receipt.json", f"a receipt of schema {RECEIPT}", "something else")
-            wanted = _hash_of(document, "input", journal)
-            found = _file(repaired)["sha256"]
-            if document.get("output") is None or found != _hash_of(document, "output", journal):
-                raise UsageError(
-                    f"{printable(repaired, 200)} is not the file that this journal tells of; it was changed or "
-                    "replaced since. Nothing was written"
-                )
-            digest = hashlib.sha256()
-            with archive.open("input") as stored, replacing(target) as out:
-                while chunk := stored.read(_CHUNK):
-                    digest.update(chunk)
-                    out.write(chunk)
-                if digest.hexdigest() != wanted:
-                    raise ReadError(journal, "input", f"bytes with SHA-256 {wanted}", digest.hexdigest())
-    except (zipfile.BadZipFile, KeyError, OSError, ValueError, EOFError, NotImplementedError) as error:
-        raise ReadError(
-            journal, "", "a journal of meshwright repair", str(error)[:200] or type(error).__name__
-        ) from None
+        archive = zipfile.ZipFile(journal)
+    except (zipfile.BadZipFile, OSError) as error:
+        raise ReadError(journal, "", "a journal of meshwright repair", _words(error)) from None
+    with archive:
+        document = _receipt_in(archive, journal)
+        wanted, made = (_hash_of(document, key, journal) for key in ("input", "output"))
+        if _file(repaired)["sha256"] != made:
+            raise UsageError(
+                f"{printable(repaired, 200)} is not the file that this journal tells of; it was changed or replaced "
+                "since. Nothing was written"
+            )
+        digest = hashlib.sha256()
+        with replacing(target) as out:
+            for chunk in _chunks(archive, journal):
+                digest.update(chunk)
+                out.write(chunk)
+            if digest.hexdigest() != wanted:
+                raise ReadError(journal, "input", f"bytes with SHA-256 {wanted}", digest.hexdigest())
     return wanted
+
+
+_DAMAGE = (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError)
+"""What zipfile raises for a member that is cut, altered, or packed in a way it does not know."""
+
+
+def _words(error: Exception) -> str:
+    return str(error)[:200] or type(error).__name__
+
+
+def _receipt_in(archive: zipfile.ZipFile, journal: str) -> dict[str, Any]:
+    names = archive.namelist()
+    for name in ("receipt.json", "input"):
+        if names.count(name) != 1:
+            raise ReadError(journal, name, "one member of this name in the journal", str(names.count(name)))
+    info = archive.getinfo("receipt.json")
+    if info.file_size > _LONGEST_RECEIPT:
+        raise ReadError(journal, "receipt.json", "a receipt of a sensible size", f"{info.file_size} bytes")
+    try:
+        document = json.loads(archive.read(info))
+    except (*_DAMAGE, ValueError, RecursionError) as error:
+        raise ReadError(journal, "receipt.json", "JSON", _words(error)) from None
+    if not isinstance(document, dict) or document.get("schema") != RECEIPT:
+        raise ReadError(journal, "receipt.json", f"a receipt of schema {RECEIPT}", "something else")
+    return document
+
+
+def _chunks(archive: zipfile.ZipFile, journal: str) -> Iterator[bytes]:
+    """The bytes of the input, piece by piece."""
+    try:
+        with archive.open("input") as stored:
+            while chunk := stored.read(_CHUNK):
+                yield chunk
+    except _DAMAGE as error:
+        raise ReadError(journal, "input", "the whole input file", _words(error)) from None
 
 
 def _hash_of(document: dict[str, Any], key: str, journal: str) -> str:

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.geometry import cell_geometry
 from meshwright.audit.jit import kernel
-from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh
+from meshwright.audit.mesh import CellBlock, Ints, Mesh
 from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.sizes import signed_sizes
 
 __all__ = ["mirrored", "orient"]
 
@@ -56,7 +56,7 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     first, second, alike = _meetings(mesh)
     component, turned, torn = _components(mesh.n_cells, first, second, alike)
     reverse = turned.astype(bool)
-    weights = _weights(mesh)
+    weights = signed_sizes(mesh)
     n = int(component.max()) + 1
     total = np.bincount(component, np.where(reverse, -weights, weights), minlength=n)
     share = np.bincount(component, np.abs(weights), minlength=n)
@@ -90,32 +90,6 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     if not changed:
         return Outcome(mesh, 0, refused=tuple(refused))
     return Outcome(replace(mesh, blocks=tuple(blocks)), changed, "cells reversed", refused=tuple(refused))
-
-
-def _weights(mesh: Mesh) -> Floats:
-    """(n_cells,) signed volume, or signed area in the plane; of a shell the volume of the cone to its centre."""
-    if mesh.cell_dimension == 3 or mesh.dimension == 2:
-        volume = cell_geometry(mesh).volume
-        if mesh.cell_dimension == 3:
-            return np.nan_to_num(volume)
-        return np.nan_to_num(_plane_areas(mesh))
-    out = np.zeros(mesh.n_cells)
-    used = np.concatenate([block.nodes.ravel() for block in mesh.blocks])
-    centre = mesh.points[used].mean(axis=0)
-    for block in mesh.blocks:
-        x = mesh.points[block.nodes[:, : CELL_TYPES[block.type].n_corners]] - centre
-        for k in range(1, x.shape[1] - 1):
-            out[block.rows] += np.einsum("ij,ij->i", x[:, 0], np.cross(x[:, k], x[:, k + 1])) / 6.0
-    return np.nan_to_num(out)
-
-
-def _plane_areas(mesh: Mesh) -> Floats:
-    out = np.zeros(mesh.n_cells)
-    for block in mesh.blocks:
-        x = mesh.points[block.nodes[:, : CELL_TYPES[block.type].n_corners], :2]
-        y = np.roll(x, -1, axis=1)
-        out[block.rows] = 0.5 * (x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum(axis=1)
-    return out
 
 
 def _sides(mesh: Mesh) -> tuple[Ints, NDArray, Ints]:

@@ -54,16 +54,17 @@ class Pass:
 
     name: as on the command line. title: what it does, for people. run: (mesh, options) -> Outcome; the mesh is never
     changed in place. repeats: worth running again on its own outcome until it gains nothing more; its outcome counts
-    only where the quality has risen, so that a second run finds nothing to do. keeps_volume, keeps_orientation: what
-    the driver demands of it. explicit: runs only where it is asked for by name. cautious: a second, smaller proposal
-    for where the first is rolled back.
+    only where the quality has risen, so that a second run finds nothing to do. nothing_worse: where the driver demands
+    that the worst cell is no worse, and the volume kept: "around points" (see `quality.worst_around_points`), "in
+    regions" of changed cells that hang together, for passes that move everything at once, or "" for passes that put the
+    list of cells in order. explicit: runs only where it is asked for by name. cautious: a second, smaller proposal for
+    where the first is rolled back.
     """
 
     name: str
     title: str
     run: Callable[[Mesh, Options], Outcome]
     repeats: bool = False
-    keeps_volume: bool = True
-    keeps_orientation: bool = True
+    nothing_worse: str = "around points"
     explicit: bool = False
     cautious: Callable[[Mesh, Options], Outcome] | None = None

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from meshwright.audit.measurement import measure
-from meshwright.audit.mesh import Floats, Mesh
+from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import workers
 
-__all__ = ["SHAPE", "Standing", "standing", "worst_first"]
+__all__ = ["SHAPE", "Standing", "standing", "worst_around_points", "worst_at_points", "worst_first"]
 
 SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
 """Metrics that tell how good a cell's shape is, whatever its type."""
@@ -34,7 +34,8 @@ class Standing:
     def levels(self) -> Floats:
         """The worst and the means of the quality cut off at rising levels: what a pass must raise to count.
 
-        After Klingner and Shewchuk, "Aggressive tetrahedral mesh improvement" (2007).
+        Cutting off is Klingner's and Shewchuk's way ("Aggressive tetrahedral mesh improvement", 2007) to see that bad
+        cells gain while good ones stay; the levels are ours, closer together where cells are bad.
         """
         cuts = (0.05, 0.1, 0.2, 0.3, 0.45, 0.7, 1.0)
         return np.array([self.worst, *(float(np.minimum(self.quality, cut).mean()) for cut in cuts)])
@@ -52,6 +53,26 @@ def standing(mesh: Mesh) -> Standing:
         quality[rows] = np.minimum(quality[rows], np.where(np.isnan(values), -1.0, 1.0 - values))
     quality = np.where(np.isfinite(quality), quality, -1.0)
     return Standing(quality, int(np.count_nonzero(quality <= 0.0)))
+
+
+def worst_at_points(mesh: Mesh, quality: Floats) -> Floats:
+    """(n_points,) quality of the worst cell at each point, inf where there is none; quality (n_cells,)."""
+    out = np.full(len(mesh.points), np.inf)
+    for block in mesh.blocks:
+        if block.items is None:
+            np.minimum.at(out, block.nodes, quality[block.rows][:, None])
+    return out
+
+
+def worst_around_points(nodes: Ints, at_points: Floats) -> Floats:
+    """(n,) quality of the worst cell around each point: among its cells and those that share a point with them.
+
+    nodes (m, k): point rows of the cells, -1 where one has fewer. at_points (n,): quality of the worst cell at each.
+    """
+    low = np.append(at_points, np.inf)
+    around = np.full(len(low), np.inf)
+    np.minimum.at(around, nodes, low[nodes].min(axis=1)[:, None])
+    return around[:-1]
 
 
 def worst_first(before: Standing, after: Standing, least: float = 1e-2) -> bool:

@@ -23,6 +23,7 @@ __all__ = ["Repair", "Step", "repair"]
 
 _MOST_REPEATS = 50
 _MOST_ROUNDS = 8
+"""Turns of a pass and rounds of all passes after which a repair that does not settle is stopped, and says so."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +134,7 @@ def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], option
         for row in chosen:
             if spent.get(row.name) is current:
                 continue  # it had its turn on this very mesh
-            for _ in range(_MOST_REPEATS if row.repeats else 1):
+            for turn in range(_MOST_REPEATS if row.repeats else 1):
                 spent[row.name] = current
                 step, after = _transaction(row, row.run, current, now, options, refused)
                 if step is not None and step.state != "kept" and row.cautious is not None:
@@ -147,12 +148,16 @@ def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], option
                     break
                 kept += 1
                 current, now = step.after, after
+                if row.repeats and turn == _MOST_REPEATS - 1:
+                    refused.append(f"{row.name} was stopped after {_MOST_REPEATS} turns and might gain more")
             if blocked:
                 # the passes after it were asked for on the strength of it
                 refused.append(f"the passes after {row.name} were not run")
                 break
         if not kept or blocked:
             break
+    else:
+        refused.append(f"the repair was stopped after {_MOST_ROUNDS} rounds; another run may change more")
     return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, limits(current), first, now)
 
 

@@ -40,7 +40,9 @@ def _triangles(mesh: Mesh) -> Ints | None:
 
 
 def _tolerance(mesh: Mesh, options: Options) -> float:
-    return options.tolerance or _DEFAULT * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    if options.tolerance is not None:
+        return options.tolerance
+    return _DEFAULT * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
 
 
 def _edges(tris: Ints) -> tuple[Ints, Ints]:

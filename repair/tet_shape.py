@@ -17,7 +17,7 @@ import numpy as np
 from meshwright.audit.jit import inner
 from meshwright.audit.mesh import Floats
 
-__all__ = ["POWER", "both", "cost", "fitness", "measures", "scaled_cost", "volume6"]
+__all__ = ["POWER", "both", "measures", "quality", "quality_of", "scaled_cost"]
 
 _SMALL_ANGLE = 1.5
 _LARGE_ANGLE = 0.75
@@ -39,15 +39,6 @@ def scaled_cost(total: float, det: float) -> float:
     """Cost from the summed squares of the six edges and six times the volume."""
     ratio = total * math.sqrt(total) / (_REGULAR * det)
     return ratio * math.sqrt(math.sqrt(ratio))
-
-
-@inner
-def volume6(points: Floats, a: int, b: int, c: int, d: int) -> float:
-    """Six times the signed volume; positive where d lies on the side to which the normal of a, b, c points."""
-    ux, uy, uz = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-    vx, vy, vz = points[c, 0] - points[a, 0], points[c, 1] - points[a, 1], points[c, 2] - points[a, 2]
-    wx, wy, wz = points[d, 0] - points[a, 0], points[d, 1] - points[a, 1], points[d, 2] - points[a, 2]
-    return (uy * vz - uz * vy) * wx + (uz * vx - ux * vz) * wy + (ux * vy - uy * vx) * wz
 
 
 @inner
@@ -94,21 +85,58 @@ def measures(
 
 
 @inner
-def fitness(points: Floats, a: int, b: int, c: int, d: int) -> float:
-    """Score of the worst feature of a tet, at most 0.42; -1 where it is flat or inverted."""
-    return both(points, a, b, c, d)[0]
-
-
-@inner
-def cost(points: Floats, a: int, b: int, c: int, d: int) -> float:
-    """Power of the inverse mean ratio: 1 for the regular tet, inf for a flat or inverted one."""
-    return both(points, a, b, c, d)[1]
-
-
-@inner
 def both(points: Floats, a: int, b: int, c: int, d: int) -> tuple[float, float]:
     """(fitness, cost) of a tet by its point rows."""
     return measures(
+        points[a, 0], points[a, 1], points[a, 2], points[b, 0], points[b, 1], points[b, 2],
+        points[c, 0], points[c, 1], points[c, 2], points[d, 0], points[d, 1], points[d, 2],
+    )  # fmt: skip
+
+
+@inner
+def quality(
+    ax: float, ay: float, az: float, bx: float, by: float, bz: float,
+    cx: float, cy: float, cz: float, dx: float, dy: float, dz: float,
+) -> float:  # fmt: skip
+    """The quality by which the driver judges (`quality.standing`): the smaller of the scaled Jacobian and 1 - skew."""
+    ux, uy, uz = bx - ax, by - ay, bz - az
+    vx, vy, vz = cx - ax, cy - ay, cz - az
+    wx, wy, wz = dx - ax, dy - ay, dz - az
+    det = (uy * vz - uz * vy) * wx + (uz * vx - ux * vz) * wy + (ux * vy - uy * vx) * wz
+    ab, ac, ad = _square(ux, uy, uz), _square(vx, vy, vz), _square(wx, wy, wz)
+    bc = _square(cx - bx, cy - by, cz - bz)
+    bd = _square(dx - bx, dy - by, dz - bz)
+    cd = _square(dx - cx, dy - cy, dz - cz)
+    corner = max(ab * ac * ad, ab * bc * bd, ac * bc * cd, ad * bd * cd)
+    if not (det > 0.0 and corner > 0.0):
+        return -1.0
+    one_low, one_high = _cosines(ab, ac, bc)
+    two_low, two_high = _cosines(ab, ad, bd)
+    three_low, three_high = _cosines(ac, ad, cd)
+    four_low, four_high = _cosines(bc, bd, cd)
+    smallest = math.acos(min(1.0, max(one_high, two_high, three_high, four_high)))
+    largest = math.acos(max(-1.0, min(one_low, two_low, three_low, four_low)))
+    return min(det * math.sqrt(2.0 / corner), smallest * (3.0 / math.pi), (math.pi - largest) * (1.5 / math.pi))
+
+
+@inner
+def _square(x: float, y: float, z: float) -> float:
+    return x * x + y * y + z * z
+
+
+@inner
+def _cosines(a: float, b: float, c: float) -> tuple[float, float]:
+    """Smallest and largest cosine of the angles of a triangle by its squared sides."""
+    p = 0.5 * (b + c - a) / math.sqrt(b * c)
+    q = 0.5 * (a + c - b) / math.sqrt(a * c)
+    r = 0.5 * (a + b - c) / math.sqrt(a * b)
+    return min(p, q, r), max(p, q, r)
+
+
+@inner
+def quality_of(points: Floats, a: int, b: int, c: int, d: int) -> float:
+    """`quality` of a tet by its point rows."""
+    return quality(
         points[a, 0], points[a, 1], points[a, 2], points[b, 0], points[b, 1], points[b, 2],
         points[c, 0], points[c, 1], points[c, 2], points[d, 0], points[d, 1], points[d, 2],
     )  # fmt: skip

@@ -3,7 +3,8 @@
 `smooth` brings down the summed cost of the star by damped Newton steps; `raise_worst` raises its smallest fitness by
 the active-set method of Freitag and Ollivier-Gooch (Int. J. Numer. Meth. Engng. 40, 1997): step along the shortest
 vector of the convex hull of the gradients of the tets that are nearly worst. Neither takes a step that lowers the
-smallest fitness of the star (below `floor`, for the first). Points of one colour share no tet, so the threads of a
+smallest fitness of the star (below `floor`, for the first), or makes a tet worse than its points may have
+(`least`). Points of one colour share no tet, so the threads of a
 colour never read what another one writes and the result does not depend on their number.
 """
 
@@ -15,9 +16,9 @@ import numpy as np
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.repair.tet_shape import POWER, both, measures, scaled_cost
+from meshwright.repair.tet_shape import POWER, both, measures, quality, quality_of, scaled_cost
 
-__all__ = ["colours", "raise_worst", "smooth", "stars"]
+__all__ = ["colours", "raise_worst", "rate", "smooth", "stars", "worst_at_points"]
 
 _MOST_STEPS = 4
 _MOST_ASCENTS = 12
@@ -84,8 +85,11 @@ def colours(cells: Ints, begin: Ints, items: Ints, moving: Ints) -> tuple[Ints, 
 
 
 @inner
-def _star_of(points: Floats, tets: Ints, begin: Ints, items: Ints, p: int, base: Floats) -> int:
-    """Write the three other points of each tet of the star, turned so that p comes first; the number of tets."""
+def _star_of(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, p: int, base: Floats) -> int:
+    """Write the three other points of each tet of the star, turned so that p comes first; the number of tets.
+
+    base[i, 9]: the quality that tet i may not fall under.
+    """
     n = 0
     for i in range(begin[p], begin[p + 1]):
         t = items[i]
@@ -100,6 +104,7 @@ def _star_of(points: Floats, tets: Ints, begin: Ints, items: Ints, p: int, base:
             base[n, k] = points[b, k]
             base[n, 3 + k] = points[c, k]
             base[n, 6 + k] = points[d, k]
+        base[n, 9] = max(least[a], least[b], least[c], least[d])
         n += 1
     return n
 
@@ -134,6 +139,19 @@ def _sum_at(base: Floats, n: int, x: float, y: float, z: float, limit: float, le
         if total >= limit or low < least:
             return np.inf, -1.0
     return total, low
+
+
+@inner
+def _hurts(base: Floats, n: int, x: float, y: float, z: float) -> bool:
+    """Whether a tet of the star is worse, with its point at x, y, z, than one of its points may have."""
+    for i in range(n):
+        q = quality(
+            x, y, z, base[i, 0], base[i, 1], base[i, 2], base[i, 3], base[i, 4], base[i, 5], base[i, 6], base[i, 7],
+            base[i, 8],
+        )  # fmt: skip
+        if q < base[i, 9]:
+            return True
+    return False
 
 
 @inner
@@ -186,15 +204,18 @@ def _newton(base: Floats, n: int, x: float, y: float, z: float) -> tuple[float, 
 
 
 @kernel
-def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints, floor: float) -> int:
-    """Move each point of `rows` downhill in the summed cost of its star; the number of points that moved."""
-    base = np.empty((_LARGEST_STAR, 9))
+def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, floor: float) -> int:
+    """Move each point of `rows` downhill in the summed cost of its star; the number of points that moved.
+
+    least: (n,) quality that no tet at a point may fall under.
+    """
+    base = np.empty((_LARGEST_STAR, 10))
     moved = 0
     for r in range(rows.size):
         p = rows[r]
         if begin[p + 1] - begin[p] > _LARGEST_STAR:
             continue
-        n = _star_of(points, tets, begin, items, p, base)
+        n = _star_of(points, tets, begin, items, least, p, base)
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         total, low = _sum_at(base, n, x, y, z, np.inf, 0.0)
         if not low > 0.0:
@@ -206,17 +227,18 @@ def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints, flo
                 break
             step, taken = 1.0, False
             for _ in range(_MOST_STEPS):
-                new, least = _sum_at(base, n, x + step * dx, y + step * dy, z + step * dz, total, min(low, floor))
+                tx, ty, tz = x + step * dx, y + step * dy, z + step * dz
+                new, new_low = _sum_at(base, n, tx, ty, tz, total, min(low, floor))
                 if new < total:
-                    x, y, z = x + step * dx, y + step * dy, z + step * dz
+                    x, y, z = tx, ty, tz
                     gain = total - new
-                    total, low = new, least
+                    total, low = new, new_low
                     taken = gain > 0.01 * total
                     break
                 step *= 0.4
             if not taken:
                 break
-        if total < started * (1.0 - _LEAST):
+        if total < started * (1.0 - _LEAST) and not _hurts(base, n, x, y, z):
             points[p, 0], points[p, 1], points[p, 2] = x, y, z
             moved += 1
     return moved
@@ -274,9 +296,9 @@ def _least_at(base: Floats, n: int, x: float, y: float, z: float, least: float) 
 
 
 @kernel
-def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints, below: float) -> int:
+def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, below: float) -> int:
     """Raise the smallest fitness of the star of each point of `rows` where it is under `below`; points that moved."""
-    base = np.empty((_LARGEST_STAR, 9))
+    base = np.empty((_LARGEST_STAR, 10))
     fits = np.empty(_LARGEST_STAR)
     slopes = np.empty((_LARGEST_STAR, 3))
     g = np.empty(3)
@@ -285,7 +307,7 @@ def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints
         p = rows[r]
         if begin[p + 1] - begin[p] > _LARGEST_STAR:
             continue
-        n = _star_of(points, tets, begin, items, p, base)
+        n = _star_of(points, tets, begin, items, least, p, base)
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         reach = np.inf
         for i in range(n):
@@ -317,7 +339,7 @@ def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, rows: Ints
             for _ in range(7):
                 s = step / size
                 new = _least_at(base, n, x + s * g[0], y + s * g[1], z + s * g[2], low)
-                if new > low:
+                if new > low and not _hurts(base, n, x + s * g[0], y + s * g[1], z + s * g[2]):
                     better = True
                     break
                 step *= 0.45
@@ -344,3 +366,15 @@ def rate(points: Floats, tets: Ints, fit: Floats, price: Floats) -> None:
     for t in range(tets.shape[0]):
         if tets[t, 0] >= 0:
             fit[t], price[t] = both(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+
+
+@kernel
+def worst_at_points(points: Floats, tets: Ints, n_points: int) -> Floats:
+    """(n,) quality of the worst tet at each point, inf where there is none."""
+    out = np.full(n_points, np.inf)
+    for t in range(tets.shape[0]):
+        if tets[t, 0] >= 0:
+            q = quality_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+            for k in range(4):
+                out[tets[t, k]] = min(out[tets[t, k]], q)
+    return out

@@ -12,7 +12,7 @@ import numpy as np
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.repair.tet_shape import both
+from meshwright.repair.tet_shape import both, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["swap"]
@@ -174,11 +174,12 @@ def _allowed(
 @kernel
 def swap(
     points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
-    below: float, by_fitness: bool, floor: float, give: float,
+    least: Floats, below: float, by_fitness: bool, floor: float, give: float,
 ) -> int:  # fmt: skip
     """One sweep of swaps over the tets of fitness under `below`; the number made. All tables change in place.
 
     fit, price: (cap,) fitness and cost of each tet. floor: fitness above which a swap for cost may lower the smallest.
+    least: (n,) quality that no tet at a point may fall under.
     give: part by which a swap for cost may raise it: a little leads out of poor local optima, below 0 asks for a gain.
     """
     ring = np.empty(_LARGEST_RING + 1, np.int64)
@@ -207,10 +208,12 @@ def swap(
             floor_here = old_fit if by_fitness else min(old_fit, floor)
             if 2.0 * (m - 2) >= most:
                 continue
-            total, least = _remove_edge(points, a, b, ring, m, by_fitness, most, floor_here, value, low, pick)
-            if not _allowed(old_fit, old_cost, least, total, by_fitness, floor, give):
+            total, low_fit = _remove_edge(points, a, b, ring, m, by_fitness, most, floor_here, value, low, pick)
+            if not _allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
                 continue
             n = _build(a, b, ring, m, pick, new, stack)
+            if _hurts(points, new, n, least):
+                continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
                 for i in range(n):
                     fit[old[i]], price[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
@@ -246,6 +249,8 @@ def swap(
             new[0, 0], new[0, 1], new[0, 2], new[0, 3] = apex, other, x, y
             new[1, 0], new[1, 1], new[1, 2], new[1, 3] = apex, other, y, z
             new[2, 0], new[2, 1], new[2, 2], new[2, 3] = apex, other, z, x
+            if _hurts(points, new, 3, least):
+                continue
             if replace_cavity(tets, across, old, 2, new, 3, free, rim, origin):
                 fit[old[0]], price[old[0]] = f1, c1
                 fit[old[1]], price[old[1]] = f2, c2
@@ -253,6 +258,16 @@ def swap(
                 made += 1
                 break
     return made
+
+
+@inner
+def _hurts(points: Floats, new: Ints, n: int, least: Floats) -> bool:
+    """Whether one of these tets is worse than a point of it may have."""
+    for i in range(n):
+        a, b, c, d = new[i, 0], new[i, 1], new[i, 2], new[i, 3]
+        if quality_of(points, a, b, c, d) < max(least[a], least[b], least[c], least[d]):
+            return True
+    return False
 
 
 @inner

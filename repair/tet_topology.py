@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
+from meshwright.repair.pairing import WALL, pair_sides
 
 Mask = NDArray[np.bool_]
 
-__all__ = ["WALL", "neighbours", "replace_cavity", "wall_points"]
-
-WALL = -1
+__all__ = ["neighbours", "replace_cavity", "wall_points"]
 
 _FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]], dtype=np.int64)
 
@@ -34,50 +33,9 @@ def _sorted3(a: int, b: int, c: int) -> tuple[int, int, int]:
     return a, b, c
 
 
-@kernel
 def neighbours(tets: Ints, n_points: int, walls: Ints) -> Ints:
-    """(m, 4) neighbour table of these tets; `walls` (k, 3) are faces that stay closed though both sides have a tet.
-
-    A face of more than two tets is closed for all of them.
-    """
-    m = tets.shape[0]
-    begin = np.zeros(n_points + 1, np.int64)
-    for t in range(m):
-        for f in range(4):
-            a, _, _ = _sorted3(tets[t, _FACES[f, 0]], tets[t, _FACES[f, 1]], tets[t, _FACES[f, 2]])
-            begin[a + 1] += 1
-    for w in range(walls.shape[0]):
-        a, _, _ = _sorted3(walls[w, 0], walls[w, 1], walls[w, 2])
-        begin[a + 1] += 1
-    for p in range(n_points):
-        begin[p + 1] += begin[p]
-    cursor = begin[:-1].copy()
-    items = np.empty((begin[n_points], 3), np.int64)  # middle node, largest node, 4 * tet + face or WALL
-    for t in range(m):
-        for f in range(4):
-            a, b, c = _sorted3(tets[t, _FACES[f, 0]], tets[t, _FACES[f, 1]], tets[t, _FACES[f, 2]])
-            k = cursor[a]
-            items[k, 0], items[k, 1], items[k, 2] = b, c, 4 * t + f
-            cursor[a] += 1
-    for w in range(walls.shape[0]):
-        a, b, c = _sorted3(walls[w, 0], walls[w, 1], walls[w, 2])
-        k = cursor[a]
-        items[k, 0], items[k, 1], items[k, 2] = b, c, WALL
-        cursor[a] += 1
-    across = np.full((m, 4), WALL, np.int64)
-    for p in range(n_points):
-        for i in range(begin[p], begin[p + 1]):
-            me = items[i, 2]
-            if me < 0:
-                continue
-            found, other = 0, WALL
-            for j in range(begin[p], begin[p + 1]):
-                if j != i and items[j, 0] == items[i, 0] and items[j, 1] == items[i, 1]:
-                    found += 1
-                    other = items[j, 2]
-            if found == 1:
-                across[me // 4, me % 4] = other
-    return across
+    """(m, 4) neighbour table of these tets; `walls` (k, 3) are faces that stay closed though both sides have a tet."""
+    return pair_sides(tets[:, _FACES].reshape(-1, 3), walls, n_points).reshape(-1, 4)
 
 
 @inner

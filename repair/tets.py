@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.audit.parallel import in_parallel
-from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars
+from meshwright.repair.quality import worst_around_points
+from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars, worst_at_points
 from meshwright.repair.tet_swaps import swap
 from meshwright.repair.tet_topology import neighbours, wall_points
 
@@ -27,13 +28,19 @@ _WORST_ROUNDS = 12
 _GOOD = 0.16
 """Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
 _ROOM = 0.25
+_ROUNDING = 1e-12
+"""A tet that is not touched may differ by so much from what the same formula gave before."""
 _BATCH = 1024
 """Points of one colour that a thread takes at a time."""
 
 
 @dataclass
 class TetTables:
-    """A tet mesh while it is changed; see `tet_topology`. `held` (n,): points that stay. The arrays are its own."""
+    """A tet mesh while it is changed; see `tet_topology`. `held` (n,): points that stay.
+
+    least (n,): quality of the worst tet around each point at the start, see `quality.worst_around_points`; no tet at
+    the point may fall under that. The arrays are its own.
+    """
 
     points: Floats
     tets: Ints
@@ -43,6 +50,7 @@ class TetTables:
     fit: Floats
     cost: Floats
     held: Mask
+    least: Floats
 
     @classmethod
     def of(cls, points: Floats, tets: Ints, walls: Ints, held: Mask) -> TetTables:
@@ -59,7 +67,17 @@ class TetTables:
         origin = np.full(capacity, -1, np.int64)
         origin[:m] = np.arange(m)
         own = np.array(points, dtype=np.float64)
-        tables = cls(own, table, across, origin, free, np.zeros(capacity), np.zeros(capacity), np.array(held))
+        tables = cls(
+            own,
+            table,
+            across,
+            origin,
+            free,
+            np.zeros(capacity),
+            np.zeros(capacity),
+            np.array(held),
+            worst_around_points(table[:m], worst_at_points(own, table, len(points))) - _ROUNDING,
+        )
         tables.held |= wall_points(table, across, len(points))
         rate(own, table, tables.fit, tables.cost)
         return tables
@@ -86,7 +104,7 @@ class TetTables:
         return int(
             swap(
                 self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free,
-                below, by_fitness, floor, give,
+                self.least, below, by_fitness, floor, give,
             )
         )  # fmt: skip
 
@@ -105,8 +123,8 @@ class TetTables:
 
         def one(part: Ints) -> int:
             if below is None:
-                return int(smooth(self.points, self.tets, begin, items, part, floor))
-            return int(raise_worst(self.points, self.tets, begin, items, part, below))
+                return int(smooth(self.points, self.tets, begin, items, self.least, part, floor))
+            return int(raise_worst(self.points, self.tets, begin, items, self.least, part, below))
 
         moved = 0
         for _ in range(sweeps):

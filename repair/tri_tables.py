@@ -13,69 +13,29 @@ from numpy.typing import NDArray
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
+from meshwright.repair.pairing import WALL, pair_sides
 
 __all__ = [
-    "cost_sum",
-    "flip_for_angles",
-    "flip_for_valence",
-    "held_by_borders",
-    "neighbours_of",
-    "relax",
-    "smallest_angles",
-]
+    "cost_sum", "flip", "held_by_borders", "neighbours_of", "relax", "smallest_angles", "worst_at_points",
+]  # fmt: skip
 
 Mask = NDArray[np.bool_]
 
 _WALL = -1
-_LEAST = 1e-7
+_LEAST = 1e-6
+"""Gain, of fitness or relative of cost, below which a swap is not worth making: rounding must not swap to and fro."""
+_SOUND = 0.25
+"""Fitness that swaps for valence leave: angles of 15 to 150 degrees, which smoothing then makes good."""
 _LARGEST_STAR = 64
 
 
-@kernel
 def neighbours_of(tris: Ints, n_points: int, walls: Ints) -> Ints:
-    """(m, 3): 3 * neighbour + its side, for the side opposite each corner; -1 at borders, walls (k, 2) and sides of
-    more than two triangles."""
-    m = tris.shape[0]
-    begin = np.zeros(n_points + 1, np.int64)
-    for t in range(m):
-        for k in range(3):
-            a, b = tris[t, (k + 1) % 3], tris[t, (k + 2) % 3]
-            begin[min(a, b) + 1] += 1
-    for w in range(walls.shape[0]):
-        begin[min(walls[w, 0], walls[w, 1]) + 1] += 1
-    for p in range(n_points):
-        begin[p + 1] += begin[p]
-    cursor = begin[:-1].copy()
-    items = np.empty((begin[n_points], 2), np.int64)
-    for t in range(m):
-        for k in range(3):
-            a, b = tris[t, (k + 1) % 3], tris[t, (k + 2) % 3]
-            i = cursor[min(a, b)]
-            items[i, 0], items[i, 1] = max(a, b), 3 * t + k
-            cursor[min(a, b)] += 1
-    for w in range(walls.shape[0]):
-        a, b = walls[w, 0], walls[w, 1]
-        i = cursor[min(a, b)]
-        items[i, 0], items[i, 1] = max(a, b), _WALL
-        cursor[min(a, b)] += 1
-    across = np.full((m, 3), _WALL, np.int64)
-    for p in range(n_points):
-        for i in range(begin[p], begin[p + 1]):
-            me = items[i, 1]
-            if me < 0:
-                continue
-            found, other = 0, _WALL
-            for j in range(begin[p], begin[p + 1]):
-                if j != i and items[j, 0] == items[i, 0]:
-                    found += 1
-                    other = items[j, 1]
-            # both must walk the edge in opposite directions, or a swap would turn one of them over
-            if found == 1 and other >= 0:
-                a = tris[me // 3, (me % 3 + 1) % 3]
-                b = tris[other // 3, (other % 3 + 1) % 3]
-                if a != b:
-                    across[me // 3, me % 3] = other
-    return across
+    """(m, 3): 3 * neighbour + its side, for the side opposite each corner; WALL at borders, walls (k, 2), sides of more
+    than two triangles, and between two that walk the side alike: a swap would turn one of them over."""
+    begins, ends = np.roll(tris, -1, axis=1).ravel(), np.roll(tris, -2, axis=1).ravel()
+    partner = pair_sides(np.stack([begins, ends], axis=1), walls, n_points)
+    partner[(partner != WALL) & (begins == begins[partner])] = WALL
+    return partner.reshape(-1, 3)
 
 
 @kernel
@@ -127,6 +87,20 @@ def smallest_angles(points: Floats, tris: Ints) -> Floats:
     out = np.empty(tris.shape[0])
     for t in range(tris.shape[0]):
         out[t] = _of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
+    return out
+
+
+@kernel
+def worst_at_points(points: Floats, tris: Ints, n_points: int) -> Floats:
+    """(n,) fitness of the worst triangle at each point, inf where there is none.
+
+    It is the quality of the driver too: the scaled Jacobian of a triangle is never smaller.
+    """
+    out = np.full(n_points, np.inf)
+    for t in range(tris.shape[0]):
+        f = _of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
+        for k in range(3):
+            out[tris[t, k]] = min(out[tris[t, k]], f)
     return out
 
 
@@ -190,7 +164,7 @@ def _flip(tris: Ints, across: Ints, t: int, k: int) -> None:
 
 @inner
 def _swapped(
-    points: Floats, tris: Ints, across: Ints, t: int, k: int, turn: float
+    points: Floats, tris: Ints, across: Ints, least: Floats, t: int, k: int, turn: float
 ) -> tuple[bool, float, float, float, float, int, int, int, int]:
     """(allowed, old fitness, new fitness, old cost, new cost, a, b, c, d) of swapping side k of triangle t.
 
@@ -206,6 +180,7 @@ def _swapped(
     e1, b1, rx, ry, rz = _of(points, a, b, c)
     e2, b2, sx, sy, sz = _of(points, a, d, b)
     ok = f1 > 0.0 and f2 > 0.0
+    ok = ok and f1 >= max(least[c], least[a], least[d]) and f2 >= max(least[d], least[b], least[c])
     for x, y, z in ((px, py, pz), (qx, qy, qz)):
         if e1 > 0.0 and x * rx + y * ry + z * rz < turn:
             ok = False
@@ -215,41 +190,32 @@ def _swapped(
 
 
 @kernel
-def flip_for_angles(points: Floats, tris: Ints, across: Ints, turn: float) -> int:
-    """One sweep of swaps that raise the smaller fitness of a pair of triangles; the number made."""
-    made = 0
-    for t in range(tris.shape[0]):
-        for k in range(3):
-            if across[t, k] < 0:
-                continue
-            ok, old, new, _, _, _, _, c, d = _swapped(points, tris, across, t, k, turn)
-            if ok and new > old + _LEAST and not _joined(tris, across, t, c, d):
-                _flip(tris, across, t, k)
-                made += 1
-                break
-    return made
-
-
-@kernel
-def flip_for_valence(
-    points: Floats, tris: Ints, across: Ints, degree: Ints, ideal: Ints, floor: float, turn: float
+def flip(
+    points: Floats, tris: Ints, across: Ints, least: Floats, degree: Ints, ideal: Ints, by_valence: bool, turn: float
 ) -> int:
-    """One sweep of swaps that bring the numbers of edges at the four points nearer to `ideal`; the number made.
+    """One sweep of swaps; the number made.
 
-    degree (n,) is kept up to date. floor: fitness that the new triangles must have, or that of the old ones if less.
+    A swap raises the smaller fitness of a pair of triangles; by_valence, it brings the numbers of edges at the four
+    points nearer to `ideal`, and where they are as near lowers the cost, with a fitness of _SOUND or what there was.
+    degree (n,) is kept up to date. least (n,): fitness that no triangle at a point may fall under.
     """
     made = 0
     for t in range(tris.shape[0]):
         for k in range(3):
             if across[t, k] < 0:
                 continue
-            ok, old, new, before, after, a, b, c, d = _swapped(points, tris, across, t, k, turn)
-            if not ok or new < min(old, floor):
+            ok, old, new, before, after, a, b, c, d = _swapped(points, tris, across, least, t, k, turn)
+            if not ok:
                 continue
-            da, db = degree[a] - ideal[a], degree[b] - ideal[b]
-            dc, dd = degree[c] - ideal[c], degree[d] - ideal[d]
-            gain = 2 * (da + db - dc - dd - 2)
-            if (gain > 0 or (gain == 0 and after < before * (1.0 - 1e-6))) and not _joined(tris, across, t, c, d):
+            if by_valence:
+                da, db = degree[a] - ideal[a], degree[b] - ideal[b]
+                dc, dd = degree[c] - ideal[c], degree[d] - ideal[d]
+                gain = da + db - dc - dd - 2
+                better = gain > 0 or (gain == 0 and after < before * (1.0 - _LEAST))
+                better = better and new >= min(old, _SOUND)
+            else:
+                better = new > old + _LEAST
+            if better and not _joined(tris, across, t, c, d):
                 _flip(tris, across, t, k)
                 degree[a] -= 1
                 degree[b] -= 1
@@ -261,8 +227,11 @@ def flip_for_valence(
 
 
 @inner
-def _ring(points: Floats, tris: Ints, begin: Ints, items: Ints, p: int, base: Floats) -> int:
-    """Write the two other points of each triangle at p, in its direction of walk; the number of triangles."""
+def _ring(points: Floats, tris: Ints, begin: Ints, items: Ints, least: Floats, p: int, base: Floats) -> int:
+    """Write the two other points of each triangle at p, in its direction of walk; the number of triangles.
+
+    base[i, 6]: fitness that triangle i may not fall under.
+    """
     n = 0
     for i in range(begin[p], begin[p + 1]):
         t = items[i]
@@ -272,17 +241,19 @@ def _ring(points: Floats, tris: Ints, begin: Ints, items: Ints, p: int, base: Fl
         for x in range(3):
             base[n, x] = points[tris[t, (k + 1) % 3], x]
             base[n, 3 + x] = points[tris[t, (k + 2) % 3], x]
+        base[n, 6] = max(least[p], least[tris[t, (k + 1) % 3]], least[tris[t, (k + 2) % 3]])
         n += 1
     return n
 
 
 @inner
 def _state(base: Floats, normals: Floats, n: int, x: float, y: float, z: float, turn: float) -> tuple[float, float]:
-    """(smallest fitness, summed cost) of the star with its point there; (-1, inf) where a normal turns too far."""
+    """(smallest fitness, summed cost) of the star with its point there; (-1, inf) where a normal turns too far or a
+    triangle falls under what it may."""
     low, total = np.inf, 0.0
     for i in range(n):
         f, c, nx, ny, nz = _measures(x, y, z, base[i, 0], base[i, 1], base[i, 2], base[i, 3], base[i, 4], base[i, 5])
-        if f <= 0.0 or nx * normals[i, 0] + ny * normals[i, 1] + nz * normals[i, 2] < turn:
+        if f < max(base[i, 6], 0.0) or f == 0.0 or nx * normals[i, 0] + ny * normals[i, 1] + nz * normals[i, 2] < turn:
             return -1.0, np.inf
         low = min(low, f)
         total += c
@@ -295,6 +266,7 @@ def relax(
     tris: Ints,
     begin: Ints,
     items: Ints,
+    least: Floats,
     rows: Ints,
     below: float,
     floor: float,
@@ -306,7 +278,7 @@ def relax(
     Stars of a smallest fitness under `below` are moved to raise it, others to lower their cost with the fitness kept
     above `floor`. On a curved surface (not flat) points are taken back to the plane of their triangles.
     """
-    base = np.empty((_LARGEST_STAR, 6))
+    base = np.empty((_LARGEST_STAR, 7))
     normals = np.empty((_LARGEST_STAR, 3))
     moved = 0
     for r in range(rows.size):
@@ -314,7 +286,7 @@ def relax(
         n = begin[p + 1] - begin[p]
         if n > _LARGEST_STAR or n < 3:
             continue
-        _ring(points, tris, begin, items, p, base)
+        _ring(points, tris, begin, items, least, p, base)
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         mx = my = mz = 0.0
         reach = 0.0

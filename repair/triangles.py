@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,15 +12,16 @@ from meshwright.audit.node_classes import features
 from meshwright.repair.carrying import with_cells, with_points
 from meshwright.repair.held import edge_walls, held_points
 from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.quality import worst_around_points
 from meshwright.repair.tet_smooth import colours
 from meshwright.repair.tri_tables import (
     cost_sum,
-    flip_for_angles,
-    flip_for_valence,
+    flip,
     held_by_borders,
     neighbours_of,
     relax,
     smallest_angles,
+    worst_at_points,
 )
 
 __all__ = ["improve_triangles", "triangles"]
@@ -32,9 +31,13 @@ Mask = NDArray[np.bool_]
 _TURN = float(np.cos(np.radians(5.0)))
 """Swaps and moves that turn a normal of a curved surface further than this change its shape: refused."""
 _ROUNDS = 30
+_VALENCE_ROUNDS = 22
+"""Rounds that swap for valence; those after it settle the angles."""
+_ROUNDING = 1e-12
 _GOOD = 0.62
 """Fitness that a triangle is raised to where it can be: angles of about 37 and 106 degrees."""
 _SETTLED = 1e-4
+"""Relative gain of the cost under which a round without swaps is the last."""
 
 
 def triangles(mesh: Mesh, options: Options) -> Outcome:
@@ -70,26 +73,33 @@ def improve_triangles(points: Floats, tris: Ints, held: Mask, walls: Ints, *, fl
     tris = np.array(tris, dtype=np.int64)
     n = len(points)
     turn = 0.0 if flat else _TURN
-    across = neighbours_of(tris, n, np.ascontiguousarray(walls, dtype=np.int64).reshape(-1, 2))
+    across = neighbours_of(tris, n, walls)
     held = held | held_by_borders(tris, across, n)
-    swaps = _until_none(lambda: flip_for_angles(points, tris, across, turn))
-    ideal = _ideal_degrees(points, tris, across, n)
+    least = worst_around_points(tris, worst_at_points(points, tris, n)) - _ROUNDING
+    degree, ideal = _degrees(tris, across, n), _ideal_degrees(points, tris, across, n)
+
+    def swap(by_valence: bool) -> int:
+        return int(flip(points, tris, across, least, degree, ideal, by_valence, turn))
+
+    def move(aim: float, sweeps: int) -> int:
+        return _move(points, tris, held, least, aim, turn, flat, sweeps)
+
+    swaps = 0
+    for _ in range(_ROUNDS):
+        now = swap(by_valence=False)
+        swaps += now
+        if not now:
+            break
     total = np.inf
     for i in range(_ROUNDS):
-        now = 0
-        if i < _ROUNDS - 8:
-            degree = _degrees(tris, across, n)
-            now = int(flip_for_valence(points, tris, across, degree, ideal, 0.25, turn))
-        else:
-            now = int(flip_for_angles(points, tris, across, turn))
-        _move(points, tris, held, n, 0.0, 0.0, turn, flat, sweeps=2)
+        now = swap(by_valence=i < _VALENCE_ROUNDS)
+        move(0.0, sweeps=2)
         swaps += now
         before, total = total, float(cost_sum(points, tris))
         if not now and before - total < _SETTLED * total:
             break
     for _ in range(_ROUNDS):
-        now = int(flip_for_angles(points, tris, across, turn))
-        moved = _move(points, tris, held, n, _GOOD, _GOOD, turn, flat, sweeps=1)
+        now, moved = swap(by_valence=False), move(_GOOD, sweeps=1)
         swaps += now
         if not now + moved:
             break
@@ -97,30 +107,23 @@ def improve_triangles(points: Floats, tris: Ints, held: Mask, walls: Ints, *, fl
 
 
 def _move(
-    points: Floats, tris: Ints, held: Mask, n: int, below: float, floor: float, turn: float, flat: bool, sweeps: int
+    points: Floats, tris: Ints, held: Mask, least: Floats, aim: float, turn: float, flat: bool, sweeps: int
 ) -> int:
+    """Move all points for the cost, or, with an aim, those of triangles below it to raise the worst; moves made."""
+    n = len(points)
     begin, items = invert(uniform_offsets(len(tris), 3), tris.ravel(), n)
     rows = np.flatnonzero(~held & (np.diff(begin) > 0))
-    if below > 0.0:
+    if aim > 0.0:
         bad = np.zeros(n, bool)
-        bad[tris[smallest_angles(points, tris) < below]] = True
+        bad[tris[smallest_angles(points, tris) < aim]] = True
         rows = rows[bad[rows]]
     order, stops = colours(tris, begin, items, rows)
     moved = 0
     for _ in range(sweeps):
         for c in range(len(stops) - 1):
-            moved += int(relax(points, tris, begin, items, order[stops[c] : stops[c + 1]], below, floor, turn, flat))
+            part = order[stops[c] : stops[c + 1]]
+            moved += int(relax(points, tris, begin, items, least, part, aim, aim, turn, flat))
     return moved
-
-
-def _until_none(sweep: Callable[[], int]) -> int:
-    made = 0
-    for _ in range(_ROUNDS):
-        now = int(sweep())
-        made += now
-        if not now:
-            break
-    return made
 
 
 def _degrees(tris: Ints, across: Ints, n: int) -> Ints:

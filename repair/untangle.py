@@ -14,7 +14,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.csr import invert, uniform_offsets
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import in_parallel
-from meshwright.repair.carrying import with_points
+from meshwright.repair.carrying import padded, with_points
 from meshwright.repair.foldover import gather, ideal_corners, plane_energy, smallest_determinants, solid_energy
 from meshwright.repair.held import held_points
 from meshwright.repair.outcome import Options, Outcome
@@ -144,7 +144,7 @@ def untangle(mesh: Mesh, options: Options) -> Outcome:
     free = _free_points(mesh, options)
     if not len(free):
         return Outcome(mesh, 0)
-    nodes = _padded_corners(mesh)
+    nodes = padded(mesh)
     bad = _tangled(mesh)
     if not bad.any():
         return Outcome(mesh, 0)
@@ -212,15 +212,6 @@ def _tangled(mesh: Mesh) -> NDArray[np.bool_]:
         table = _corner_table(corners, mesh.cell_dimension)
         inverse = np.asarray(np.linalg.inv(ideal_corners(corners)), np.float64)
         out[block.rows] = smallest_determinants(mesh.points, block.nodes.astype(np.int64), table, inverse) <= 0.0
-    return out
-
-
-def _padded_corners(mesh: Mesh) -> Ints:
-    """(n_cells, k) points of each cell, filled up with n, which is no point."""
-    width = max(block.nodes.shape[1] for block in mesh.blocks)
-    out = np.full((mesh.n_cells, width), len(mesh.points), np.int64)
-    for block in mesh.blocks:
-        out[block.rows, : block.nodes.shape[1]] = block.nodes
     return out
 
 

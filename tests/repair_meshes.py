@@ -1,9 +1,13 @@
 """Meshes that need repair, made from fixed seeds; each has a known answer."""
 
+import runpy
+from pathlib import Path
+
 import numpy as np
-from scipy.spatial import Delaunay
 
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
+
+blocks = runpy.run_path(str(Path(__file__).parent.parent / "benchmarks" / "meshes.py"))
 
 MIRROR = {"tet": [1, 0, 2, 3], "hex": [4, 5, 6, 7, 0, 1, 2, 3], "quad": [0, 3, 2, 1], "tri": [0, 2, 1],
           "wedge": [3, 4, 5, 0, 1, 2], "pyramid": [0, 3, 2, 1, 4]}  # fmt: skip
@@ -26,34 +30,13 @@ def volume6(points, tets):
 
 def random_tets(n=250, seed=7):
     """Delaunay tets of random points in the unit cube: many slivers, all positive."""
-    r = np.random.default_rng(seed)
-    k = 6
-    g = np.linspace(0.0, 1.0, k + 1)
-    grid = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T
-    rim = grid[((grid == 0) | (grid == 1)).any(axis=1)]
-    jitter = r.uniform(-0.18 / k, 0.18 / k, rim.shape)
-    jitter[(rim == 0) | (rim == 1)] = 0.0
-    points = np.vstack([rim + jitter, 0.5 / k + (1 - 1.0 / k) * r.random((n, 3))])
-    tets = Delaunay(points).simplices.astype(np.int64)
-    size = volume6(points, tets)
-    tets[size < 0] = tets[size < 0][:, [0, 2, 1, 3]]
-    return solid(points, tet=tets[np.abs(size) > 1e-13])
+    points, tets = blocks["random_tets"](n, seed)
+    return solid(points, tet=tets)
 
 
 def box(n=6, jitter=0.0, seed=11):
     """(points, hexes) of the unit cube in n^3 hexes, its inner points thrown about by `jitter` of an edge."""
-    r = np.random.default_rng(seed)
-    g = np.linspace(0.0, 1.0, n + 1)
-    points = np.array(np.meshgrid(g, g, g, indexing="ij")).reshape(3, -1).T.copy()
-    inner = ((points > 1e-9) & (points < 1 - 1e-9)).all(axis=1)
-    points[inner] += r.uniform(-jitter / n, jitter / n, (int(inner.sum()), 3))
-    i, j, k = (a.ravel() for a in np.meshgrid(*[np.arange(n)] * 3, indexing="ij"))
-
-    def at(i, j, k):
-        return (i * (n + 1) + j) * (n + 1) + k
-
-    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-    return points, np.stack([at(i + a, j + b, k + c) for a, b, c in corners], axis=1)
+    return blocks["thrown_block"](n, jitter, seed)
 
 
 def square(n=8, jitter=0.0, seed=13):
@@ -65,6 +48,35 @@ def square(n=8, jitter=0.0, seed=13):
     points[inner, :2] += r.uniform(-jitter / n, jitter / n, (int(inner.sum()), 2))
     at = np.array([[j * (n + 1) + i for i in range(n)] for j in range(n)]).ravel()
     return points, np.stack([at, at + 1, at + n + 2, at + n + 1], axis=1)
+
+
+def random_triangles(n=10, seed=3):
+    """The unit square in triangles: inner points thrown about, a third of the edges swapped at random."""
+    points, quads = square(n, 0.35, seed)
+    half = np.random.default_rng(seed).random(len(quads)) < 0.5
+    one = np.where(half[:, None], quads[:, [0, 1, 2]], quads[:, [0, 1, 3]])
+    two = np.where(half[:, None], quads[:, [0, 2, 3]], quads[:, [1, 2, 3]])
+    return solid(points, tri=np.vstack([one, two]))
+
+
+def hybrid_layers(seed=5):
+    """Three layers of wedges under random tets, one face in common everywhere between them."""
+    above = random_tets(200, seed)
+    points, tets = above.points, above.block("tet").nodes
+    sides = np.sort(tets[:, [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].reshape(-1, 3), axis=1)
+    sides = np.unique(sides[(points[sides][:, :, 2] == 0.0).all(axis=1)], axis=0)
+    a, b, c = (points[sides[:, k]] for k in range(3))
+    down = np.cross(b - a, c - a)[:, 2] < 0.0
+    sides[down] = sides[down][:, [0, 2, 1]]
+    base = np.unique(sides)
+    into = np.full(len(points), -1)
+    layers, wedges, top = [points], [], sides
+    for level in range(1, 4):
+        into[base] = sum(map(len, layers)) + np.arange(len(base))
+        layers.append(points[base] - [0.0, 0.0, 0.02 * level])
+        wedges.append(np.hstack([into[sides], top]))
+        top = into[sides]
+    return solid(np.vstack(layers), tet=tets, wedge=np.vstack(wedges))
 
 
 def with_reversed(nodes, kind, rows):

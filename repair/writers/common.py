@@ -10,7 +10,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh
 
-__all__ = ["in_row_order", "number", "only_faces_of_three", "rows_of_text", "zone_of_rows"]
+__all__ = ["in_row_order", "only_faces_of_three", "rows_of_text", "zone_of_rows", "zones_as_numbers"]
 
 
 def zone_of_rows(mesh: Mesh, entity: str, n: int) -> tuple[Ints, list[str], list[str]]:
@@ -48,11 +48,6 @@ def in_row_order(blocks: tuple[CellBlock, ...], n: int) -> Iterator[tuple[str, I
             yield block.type, rows, block.nodes[place[rows]]
 
 
-def number(value: float) -> str:
-    """The shortest decimal that reads back as the same double."""
-    return repr(float(value))
-
-
 def rows_of_text(points: Floats) -> Iterator[str]:
     """The coordinates of each point with spaces, each the shortest that reads back as the same double."""
     for row in points.tolist():
@@ -64,3 +59,10 @@ def only_faces_of_three(mesh: Mesh) -> Ints:
     if mesh.cell_dimension != 2 or any(block.type != "tri" for block in mesh.blocks):
         raise UsageError("this format holds triangles alone")
     return mesh.block("tri").nodes
+
+
+def zones_as_numbers(mesh: Mesh, words: str) -> list[str]:
+    """Sentences for a format that holds the number of the zone of each cell and nothing of other zones."""
+    notes = [f"zone {zone.name!r} {words}" for zone in mesh.cell_zones]
+    other = [zone for zone in mesh.zones if zone.entity != "cell"]
+    return notes + [f"zone {z.name!r} groups {z.entity}s: a file of cells has no place for it" for z in other]

@@ -8,7 +8,7 @@ import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.mesh import Mesh
-from meshwright.repair.writers.common import in_row_order
+from meshwright.repair.writers.common import in_row_order, zones_as_numbers
 
 __all__ = ["write_mesh"]
 
@@ -33,10 +33,4 @@ def write_mesh(mesh: Mesh, stream: BinaryIO) -> list[str]:
     stream.write(types.tobytes())
     stream.write(f"\nCELL_DATA {mesh.n_cells}\nSCALARS zone int 1\nLOOKUP_TABLE default\n".encode())
     stream.write(mesh.cell_zone_index().astype(">i4").tobytes() + b"\n")
-    notes = [f"zone {z.name!r} is kept as its number alone: a VTK legacy file has no names" for z in mesh.cell_zones]
-    notes += [
-        f"zone {z.name!r} groups {z.entity}s: a VTK file of cells has no place for it"
-        for z in mesh.zones
-        if z.entity != "cell"
-    ]
-    return notes
+    return zones_as_numbers(mesh, "is kept as its number alone: a VTK legacy file has no names")

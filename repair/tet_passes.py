@@ -31,7 +31,7 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
     if swaps:
         fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
     moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
-    return Outcome(fresh, swaps + moved, f"{swaps} swaps, {moved} points moved", cells_from=cells_from)
+    return Outcome(fresh, swaps + moved, f"{swaps:,} swaps, {moved:,} points moved", cells_from=cells_from)
 
 
 def swap(mesh: Mesh, options: Options) -> Outcome:

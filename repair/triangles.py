@@ -61,7 +61,7 @@ def triangles(mesh: Mesh, options: Options) -> Outcome:
     if not swaps and not moved:
         return Outcome(mesh, 0)
     fresh, cells_from = with_cells(with_points(mesh, points), {"tri": (tris, block.rows)})
-    return Outcome(fresh, swaps + moved, f"{swaps} swaps, {moved} points moved", cells_from=cells_from)
+    return Outcome(fresh, swaps + moved, f"{swaps:,} swaps, {moved:,} points moved", cells_from=cells_from)
 
 
 def improve_triangles(points: Floats, tris: Ints, held: Mask, walls: Ints, *, flat: bool) -> tuple[Floats, Ints, int]:

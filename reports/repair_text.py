@@ -34,14 +34,16 @@ def render_text(
     out = [bold(f"Repair of {printable(path, 80)}") + ("" if target else "  (dry run: nothing was written)"), ""]
     kept = [s for s in document["steps"] if s["state"] == "kept"]
     back = [s for s in document["steps"] if s["state"] == "rolled back"]
+    room = max(20, min(max((len(s["note"]) for s in kept), default=0), width - 61))
     if kept:
-        out.append("  pass             changed  what                                    worst quality   bad cells")
+        out.append(f"  {'pass':<16}{'changed':>8}  {'what':<{room}}  {'worst quality':>15}  {'bad cells':>13}")
         for step in kept:
             before, after = step["worst_quality"]
             bad = step["inverted_or_degenerate"]
+            note = step["note"] if len(step["note"]) <= room else step["note"][: room - 1] + "…"
             out.append(
-                f"  {step['pass']:<15}{step['changed']:>9,}  {step['note'][:38]:<38}  {before:>6.3f} > {after:>6.3f}"
-                f"{bad[0]:>6,} > {bad[1]:,}"
+                f"  {step['pass']:<16}{step['changed']:>8,}  {note:<{room}}  {f'{before:.3f} > {after:.3f}':>15}"
+                f"  {f'{bad[0]:,} > {bad[1]:,}':>13}"
             )
     else:
         out.append("  Nothing to do: no pass found a change that is worth one.")
@@ -60,9 +62,11 @@ def render_text(
         "",
         f"  cells {_cells(shape[0])} > {_cells(shape[1])}, points {shape[0]['points']:,} > {shape[1]['points']:,}",
     ]
+    names = [[zone["name"] for zone in side["zones"]] for side in shape]
+    zones = "all zones kept" if names[0] == names[1] else "ZONES LOST: " + ", ".join(sorted({*names[0]} - {*names[1]}))
     out.append(
-        f"  {document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most; "
-        "boundary and zones kept"
+        f"  {document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most, none of a boundary or a "
+        f"border between zones; {printable(zones, width)}"
     )
     left = document["after"]["inverted_or_degenerate"]
     if left:

@@ -64,10 +64,8 @@ def render_text(
     ]
     names = [[zone["name"] for zone in side["zones"]] for side in shape]
     zones = "all zones kept" if names[0] == names[1] else "ZONES LOST: " + ", ".join(sorted({*names[0]} - {*names[1]}))
-    out.append(
-        f"  {document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most, none of a boundary or a "
-        f"border between zones; {printable(zones, width)}"
-    )
+    moved = f"{document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most"
+    out.append(f"  {moved}, none of a boundary or a border between zones; {printable(zones, width)}")
     left = document["after"]["inverted_or_degenerate"]
     if left:
         out.append(red(f"  {left:,} inverted or degenerate cells are left"))

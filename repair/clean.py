@@ -121,15 +121,18 @@ def drop_duplicates(mesh: Mesh, options: Options) -> Outcome:
 
 
 def drop_unused(mesh: Mesh, options: Options) -> Outcome:
-    """Drop the points that no cell and no boundary element names."""
+    """Drop the points that no cell, boundary element or zone of points names, and no reader left out of a cell."""
     assignable(mesh)
-    lost = unused_points(mesh)
-    if not len(lost):
-        return Outcome(mesh, 0)
     keep = np.ones(len(mesh.points), bool)
-    keep[lost] = False
+    keep[unused_points(mesh)] = False
+    for named in (*(b.nodes for b in mesh.boundary), *(z.members for z in mesh.zones if z.entity == "point")):
+        keep[named] = True
+    if mesh.spare_points is not None:
+        keep[mesh.spare_points] = True
+    if keep.all():
+        return Outcome(mesh, 0)
     rows = np.flatnonzero(keep)
     into = np.full(len(keep), -1, np.int64)
     into[rows] = np.arange(len(rows))
     fresh, points_from = without_points(mesh, rows, into)
-    return Outcome(fresh, len(lost), "unused points dropped", points_from=points_from)
+    return Outcome(fresh, int(np.count_nonzero(~keep)), "unused points dropped", points_from=points_from)

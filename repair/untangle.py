@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -23,13 +23,16 @@ __all__ = ["relax", "untangle"]
 
 _MOST_ROUNDS = 60
 _INNER = 60
+"""Values of e, and steps for each, that untangling takes at most."""
 _PIECE = 4096
-_RINGS = (3, 3, 6, 12, 0)
-"""Rings of cells by which the region around inverted cells grows from attempt to attempt; 0 for the whole mesh."""
+"""Cells that a thread takes at a time."""
+_RINGS = (3, 3, 6, 12)
+"""Rings of cells by which the region around inverted cells grows from attempt to attempt, before all points move."""
 _MANY = 0.2
 """Part of the cells that are inverted from which on the whole mesh is untangled at once."""
 _TRIADS_2D = {"tri": ((0, 1, 2), (1, 2, 0), (2, 0, 1)), "quad": ((0, 1, 3), (1, 2, 0), (2, 3, 1), (3, 0, 2))}
-_MOVABLE = ("quad", "hex", "wedge", "pyramid")
+_MOVABLE = ("quad", "hex", "pyramid")
+"""Types that `relax` shapes; wedges stay, and tets and triangles are better served by swaps."""
 _POWERS = ((1.0, 0.0), (1.0, 3.0))
 """Power of the shape term and weight of the angle term, one minimisation after the other."""
 
@@ -72,9 +75,7 @@ class _Problem:
             ))  # fmt: skip
         # the energy knows no size: the mean edge becomes 1, so that e means the same for every mesh
         ends = [mesh.points[b.nodes[:, b.triads[0, 1]]] - mesh.points[b.nodes[:, b.triads[0, 0]]] for b in self.blocks]
-        every = np.concatenate([np.linalg.norm(x, axis=1) for x in ends])
-        size = float((high - low)[: self.d].prod())
-        self.unit = (size / max(mesh.n_cells, 1)) ** (1.0 / self.d) if size > 0.0 else float(every.mean())
+        self.unit = float(np.concatenate([np.linalg.norm(x, axis=1) for x in ends]).mean()) or 1.0
         self.points = (mesh.points - self.shift) / self.unit
         self.e, self.power, self.angles = 0.0, 1.0, 0.0
 
@@ -142,38 +143,37 @@ def untangle(mesh: Mesh, options: Options) -> Outcome:
     second order and polyhedra alone.
     """
     free = _free_points(mesh, options)
-    if not len(free):
-        return Outcome(mesh, 0)
-    nodes = padded(mesh)
-    bad = _tangled(mesh)
+    bad = _tangled(mesh) if len(free) else np.zeros(0, bool)
     if not bad.any():
         return Outcome(mesh, 0)
-    everything = np.count_nonzero(bad) > _MANY * mesh.n_cells
-    is_free = np.zeros(len(mesh.points) + 1, bool)
-    is_free[free] = True
-    near = np.zeros(len(mesh.points) + 1, bool)
-    near[nodes[bad].ravel()] = True
-    for rings in (0,) if everything else _RINGS:
-        if rings:
-            for _ in range(rings):
-                near[nodes[near[nodes].any(axis=1)].ravel()] = True
-                near[-1] = False
-            moving: Ints = np.flatnonzero(near & is_free)
-        else:
-            moving = free
-        if not len(moving):
-            continue
+    for moving in _widening(mesh, bad, free):
         problem = _Problem(mesh, moving)
         if problem.smallest() <= 0.0 and _untangle(problem, options):
             _polish(problem, options)
             return _outcome(mesh, problem)
-        if len(moving) == len(free):
-            break
     return Outcome(mesh, 0, refused=("no place for the inner points was found that leaves no corner inverted",))
 
 
+def _widening(mesh: Mesh, bad: NDArray[np.bool_], free: Ints) -> Iterator[Ints]:
+    """The free points around the bad cells, in wider and wider regions, all of them at last."""
+    if np.count_nonzero(bad) <= _MANY * mesh.n_cells:
+        nodes = padded(mesh)
+        near = np.zeros(len(mesh.points) + 1, bool)
+        near[nodes[bad]] = True
+        for rings in _RINGS:
+            for _ in range(rings):
+                near[-1] = False  # what cells are filled up with joins nothing
+                near[nodes[near[nodes].any(axis=1)]] = True
+            moving = free[near[free]]
+            if len(moving) == len(free):
+                break
+            if len(moving):
+                yield moving
+    yield free
+
+
 def relax(mesh: Mesh, options: Options) -> Outcome:
-    """Move the inner points of quads, hexes, pyramids and wedges to the best shapes; their spacing evens out."""
+    """Move the inner points of quads, hexes and pyramids to the best shapes; their spacing evens out."""
     free = _free_points(mesh, options)
     theirs = np.zeros(len(mesh.points), bool)
     for block in mesh.blocks:

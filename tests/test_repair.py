@@ -387,3 +387,14 @@ def test_a_boundary_face_that_decides_the_worst_skew_is_named_with_its_place():
 @pytest.mark.parametrize("mesh", [random_tets(), solid(box(3, 0.2)[0], hex=box(3)[1])])
 def test_no_limit_is_told_where_inner_cells_decide_or_all_is_well(mesh):
     assert repair(mesh).limits == ()
+
+
+def test_points_that_a_zone_or_a_boundary_element_names_are_not_unused():
+    points, hexes = box(2)
+    lone = np.vstack([points, [[5.0, 0, 0], [6.0, 0, 0], [7.0, 0, 0], [8.0, 0, 0]]])
+    line = CellBlock("line", [0], [[27, 28]])
+    mesh = Mesh(lone, solid(lone, hex=hexes).blocks, boundary=(line,), zones=(Zone("probe", "set", "", "point", [29]),))
+    done = repair(mesh, "drop-unused")
+    assert len(done.after.points) == 30
+    assert done.after.points[done.after.zones[0].members].tolist() == [[7.0, 0.0, 0.0]]
+    assert done.after.points[done.after.boundary[0].nodes[0]].tolist() == [[5.0, 0.0, 0.0], [6.0, 0.0, 0.0]]

@@ -38,7 +38,7 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     if not row.nothing_worse:
         return ""
     fault = _volume_change(mesh, new)
-    if fault:
+    if fault or row.nothing_worse == "nowhere":
         return fault
     if row.nothing_worse == "in regions":
         return _worse_in_regions(mesh, outcome, before, after)

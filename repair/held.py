@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntFlag
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -13,9 +14,28 @@ from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 from meshwright.repair.outcome import Options
 
-__all__ = ["border_faces", "edge_walls", "held_points", "zone_walls"]
+__all__ = ["Hold", "border_faces", "edge_walls", "held_points", "holds", "zone_walls"]
 
 Mask = NDArray[np.bool_]
+
+
+class Hold(IntFlag):
+    """What can hold a point. A boundary or a border of zones that the file lists as elements has both bits."""
+
+    BOUNDARY = 1
+    """The boundary of the mesh."""
+    BORDER = 2
+    """A face between cells of different zones."""
+    ELEMENT = 4
+    """An element of lower dimension that the file lists."""
+    POINTS = 8
+    """A zone of points."""
+    ASKED = 16
+    """A zone that the user holds."""
+    CURVED = 32
+    """A cell of second order: its mid-side nodes would have to follow."""
+    LAYER = 64
+    """A wedge: layers move as columns or not at all."""
 
 
 def border_faces(mesh: Mesh) -> Mask:
@@ -52,17 +72,28 @@ def edge_walls(mesh: Mesh) -> Ints:
 
 
 def held_points(mesh: Mesh, options: Options) -> Mask:
-    """(n,) points that stay: boundary, borders of zones, listed elements, point zones, and the zones of `hold`."""
-    held: Mask = np.zeros(len(mesh.points), np.bool_)
+    """(n,) points that stay, whatever holds them; see `Hold`."""
+    return holds(mesh, options) > 0
+
+
+def holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
+    """(n,) what holds each point, bits of `Hold`; 0 where it may move.
+
+    UsageError for a glob of `options.hold` that matches no zone.
+    """
+    held = np.zeros(len(mesh.points), np.uint8)
     sides = faces(mesh)
-    inside = np.repeat(border_faces(mesh), np.diff(sides.offsets))
-    held[sides.nodes[inside]] = True
+    outside = sides.neighbour == NO_CELL
+    sizes = np.diff(sides.offsets)
+    held[sides.nodes[np.repeat(outside, sizes)]] |= Hold.BOUNDARY.value
+    held[sides.nodes[np.repeat(border_faces(mesh) & ~outside, sizes)]] |= Hold.BORDER.value
     for block in mesh.boundary:
-        held[block.nodes if block.items is None else block.items] = True
-    offsets, nodes = nodes_of_cells(mesh)
+        named = block.nodes if block.items is None else block.items
+        held[named.ravel()] |= Hold.ELEMENT.value
     for zone in mesh.zones:
         if zone.entity == "point":
-            held[zone.members] = True
+            held[zone.members] |= Hold.POINTS.value
+    offsets, nodes = nodes_of_cells(mesh)
     for pattern in options.hold:
         matching = [zone for zone in mesh.zones if fnmatchcase(zone.name, pattern)]
         if not matching:
@@ -72,10 +103,10 @@ def held_points(mesh: Mesh, options: Options) -> Mask:
             if zone.entity == "cell":
                 chosen = np.zeros(mesh.n_cells, np.bool_)
                 chosen[zone.members] = True
-                held[nodes[np.repeat(chosen, np.diff(offsets))]] = True
+                held[nodes[np.repeat(chosen, np.diff(offsets))]] |= Hold.ASKED.value
     for block in mesh.blocks:
         if CELL_TYPES[block.type].order > 1:
-            held[block.nodes] = True  # mid-side nodes would have to follow their corners
+            held[block.nodes.ravel()] |= Hold.CURVED.value
         elif CELL_TYPES[block.type].corners == "wedge":
-            held[block.nodes] = True  # layers move as columns or not at all
+            held[block.nodes.ravel()] |= Hold.LAYER.value
     return held

@@ -52,6 +52,7 @@ def receipt(done: Repair, source: str, target: str | None) -> dict[str, Any]:
         "refused": list(done.refused),
         "limits": list(done.limits),
         "notes": list(done.notes),
+        "target": None if done.aim is None else done.aim.as_json(),
     }
 
 

@@ -56,9 +56,9 @@ class Pass:
     changed in place. repeats: worth running again on its own outcome until it gains nothing more; its outcome counts
     only where the quality has risen, so that a second run finds nothing to do. nothing_worse: where the driver demands
     that the worst cell is no worse, and the volume kept: "around points" (see `quality.worst_around_points`), "in
-    regions" of changed cells that hang together, for passes that move everything at once, or "nowhere", where the volume
-    must be kept and no more, for passes that cut cells; "" for passes that put the list of cells in order. explicit: runs only where it is asked for by name. cautious: a second, smaller proposal for
-    where the first is rolled back.
+    regions" of changed cells that hang together, for passes that move everything at once; "nowhere", where the volume
+    must be kept and no more, for passes that cut cells; "" for passes that put the list of cells in order. explicit:
+    runs only where it is asked for by name. cautious: a second, smaller proposal for where the first is rolled back.
     """
 
     name: str

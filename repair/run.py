@@ -9,15 +9,17 @@ from typing import Any
 
 import numpy as np
 
-from meshwright.audit.errors import MeshError
+from meshwright.audit.errors import MeshError, UsageError
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import limited_to
+from meshwright.audit.profiles.model import Profile
 from meshwright.repair.cell_form import in_cell_form
 from meshwright.repair.guards import broken
 from meshwright.repair.limits import limits
 from meshwright.repair.outcome import Options, Outcome, Pass
-from meshwright.repair.passes import select_passes
+from meshwright.repair.passes import PASSES, select_passes
 from meshwright.repair.quality import Standing, standing, worst_first
+from meshwright.repair.target import Aim, judge_by
 
 __all__ = ["Repair", "Step", "repair"]
 
@@ -56,7 +58,7 @@ class Repair:
     """What a repair did. before and after are meshes; steps tells how the one became the other.
 
     before: the mesh that was given, in the form of cells where it was given by its faces; `notes` tells what that form
-    does not hold. limits: what the boundary alone decides.
+    does not hold. limits: what the boundary alone decides. aim: the profile it was for, None where there was none.
     """
 
     before: Mesh
@@ -67,6 +69,7 @@ class Repair:
     limits: tuple[str, ...]
     first: Standing
     last: Standing
+    aim: Aim | None = None
 
     @property
     def changed(self) -> bool:
@@ -97,6 +100,7 @@ def repair(
     mesh: Mesh,
     passes: str | None = None,
     *,
+    target: Profile | None = None,
     hold: tuple[str, ...] = (),
     tolerance: float | None = None,
     threads: int | None = None,
@@ -105,10 +109,13 @@ def repair(
     """Repair a mesh; it is not changed, the result holds a new one.
 
     passes: names with commas, None for those that are safe on every mesh; they run in the order of `PASSES`.
+    target: in place of `passes`: run what this profile calls for, until it is kept, and tell what is left and why.
     hold: globs of zones whose points stay; boundaries and borders of zones always stay. tolerance: of `weld`.
     threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
     Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
     """
+    if target is not None and passes is not None:
+        raise UsageError("passes and a target exclude each other: a target chooses the passes")
     chosen = select_passes(passes)
     options = Options(hold, tolerance, progress) if progress is not None else Options(hold, tolerance)
     if mesh.n_nonfinite:
@@ -117,48 +124,77 @@ def repair(
         )
     mesh, notes = in_cell_form(mesh)
     with limited_to(threads):
-        return _repair(mesh, notes, chosen, options)
+        if target is None:
+            return _Driver(mesh, options).run(chosen, notes, None)
+        options.tell("judge", 0, 0)
+        aim = Aim(target, judge_by(mesh, target))
+        return _Driver(mesh, options).run(tuple(PASSES[p.name] for p in aim.plan), notes, aim)
 
 
-def _repair(mesh: Mesh, notes: tuple[str, ...], chosen: tuple[Pass, ...], options: Options) -> Repair:
-    first = now = standing(mesh)
-    current = mesh
-    steps: list[Step] = []
-    refused: list[str] = []
-    spent: dict[str, Mesh] = {}
-    blocked = False
-    # Rounds go on until a whole one keeps nothing. A second run then begins where this one ended, proposes what was
-    # rolled back here, and rolls it back again: nothing is left for it to change.
-    for _ in range(_MOST_ROUNDS):
-        kept = 0
-        for row in chosen:
-            if spent.get(row.name) is current:
-                continue  # it had its turn on this very mesh
-            for turn in range(_MOST_REPEATS if row.repeats else 1):
-                spent[row.name] = current
-                step, after = _transaction(row, row.run, current, now, options, refused)
-                if step is not None and step.state != "kept" and row.cautious is not None:
-                    steps.append(step)
-                    step, after = _transaction(row, row.cautious, current, now, options, refused)
-                if step is None:
-                    break
-                steps.append(step)
-                if step.state != "kept":
-                    blocked = row.explicit and not row.repeats
-                    break
-                kept += 1
-                current, now = step.after, after
-                if row.repeats and turn == _MOST_REPEATS - 1:
-                    refused.append(f"{row.name} was stopped after {_MOST_REPEATS} turns and might gain more")
-            if blocked:
-                # the passes after it were asked for on the strength of it
-                refused.append(f"the passes after {row.name} were not run")
+class _Driver:
+    """The mesh while it is repaired, and what became of every proposal."""
+
+    def __init__(self, mesh: Mesh, options: Options) -> None:
+        self.options = options
+        self.first = self.now = standing(mesh)
+        self.before = self.current = mesh
+        self.steps: list[Step] = []
+        self.refused: list[str] = []
+        self.spent: dict[str, Mesh] = {}
+        self.blocked = False
+
+    def run(self, chosen: tuple[Pass, ...], notes: tuple[str, ...], aim: Aim | None) -> Repair:
+        """Rounds of all passes until a whole one keeps nothing, or the aim is reached.
+
+        A second run then begins where this one ended, proposes what was rolled back here, and rolls it back again:
+        nothing is left for it to change.
+        """
+        done = not chosen
+        for _ in range(_MOST_ROUNDS):
+            if done or self.blocked:
                 break
-        if not kept or blocked:
-            break
-    else:
-        refused.append(f"the repair was stopped after {_MOST_ROUNDS} rounds; another run may change more")
-    return Repair(mesh, current, tuple(steps), tuple(dict.fromkeys(refused)), notes, limits(current), first, now)
+            kept = 0
+            for row in chosen:
+                kept += self._turns(row, aim)
+                done = aim is not None and aim.reached(self.current)
+                if done or self.blocked:
+                    break
+            done |= not kept
+        else:
+            self.refused.append(f"the repair was stopped after {_MOST_ROUNDS} rounds; another run may change more")
+        if aim is not None:
+            self.options.tell("judge", 0, 0)
+            aim = aim.ended(self.current, self.options)
+        return Repair(
+            self.before, self.current, tuple(self.steps), tuple(dict.fromkeys(self.refused)), notes,
+            limits(self.current), self.first, self.now, aim,
+        )  # fmt: skip
+
+    def _turns(self, row: Pass, aim: Aim | None) -> int:
+        """Run a pass until it keeps nothing more; how often it was kept."""
+        if self.spent.get(row.name) is self.current:
+            return 0  # it had its turn on this very mesh
+        for turn in range(_MOST_REPEATS if row.repeats else 1):
+            if turn and aim is not None and aim.reached(self.current):
+                return turn
+            self.spent[row.name] = self.current
+            step, after = _transaction(row, row.run, self.current, self.now, self.options, self.refused)
+            if step is not None and step.state != "kept" and row.cautious is not None:
+                self.steps.append(step)
+                step, after = _transaction(row, row.cautious, self.current, self.now, self.options, self.refused)
+            if step is None:
+                return turn
+            self.steps.append(step)
+            if step.state != "kept":
+                self.blocked = row.explicit and not row.repeats
+                if self.blocked:
+                    # the passes after it were asked for on the strength of it
+                    self.refused.append(f"the passes after {row.name} were not run")
+                return turn
+            self.current, self.now = step.after, after
+        if row.repeats:
+            self.refused.append(f"{row.name} was stopped after {_MOST_REPEATS} turns and might gain more")
+        return _MOST_REPEATS if row.repeats else 1
 
 
 def _transaction(

@@ -19,6 +19,12 @@ __all__ = ["command"]
     metavar="NAME,NAME",
     help="Which passes to run; default orient, untangle and improve. `--list-passes` tells what each does.",
 )
+@click.option(
+    "--target",
+    metavar="PROFILE",
+    help="In place of --passes: run what this profile (`meshwright profiles`) or gate file calls for, until the mesh "
+    "keeps it, and tell which cells are left and what holds them.",
+)
 @click.option("--list-passes", is_flag=True, is_eager=True, expose_value=False, help="Tell the passes and stop.",
               callback=lambda ctx, _, value: _list(ctx) if value and not ctx.resilient_parsing else None)  # fmt: skip
 @click.option(
@@ -51,7 +57,8 @@ def command(ctx: click.Context, /, **options: Any) -> None:
       meshwright repair part.msh -o better.msh --journal part.journal
       meshwright repair better.msh --undo part.journal -o part.msh
 
-    Exit status: 0 done; 1 written, but inverted or degenerate cells are left; 2 wrong usage; 3 IN could not be read.
+    Exit status: 0 done; 1 written, but inverted or degenerate cells are left or --target still fails; 2 wrong usage;
+    3 IN could not be read.
     """
     from meshwright.reports.repair_job import RepairJob, run_repair  # noqa: PLC0415 - keeps --help fast
 

@@ -14,7 +14,9 @@ import click
 from meshwright.audit.errors import UsageError, printable
 from meshwright.audit.files import check_writable
 from meshwright.audit.fingerprint import fingerprint
+from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.mesh import Mesh
+from meshwright.audit.profiles import PROFILES, Profile, load
 from meshwright.audit.run import Audit, audit
 from meshwright.audit.summary import Summary, summarise
 from meshwright.repair.journal import receipt, save_journal, undo
@@ -35,6 +37,7 @@ class RepairJob:
     path: str
     output_file: str | None = None
     passes: str | None = None
+    target: str | None = None
     hold: tuple[str, ...] = ()
     tolerance: float | None = None
     dry_run: bool = False
@@ -55,10 +58,13 @@ def run_repair(job: RepairJob) -> int:
         raise UsageError("where to? Name the repaired mesh with -o OUT, or ask for --dry-run")
     target = None if job.dry_run else job.output_file
     _check_files(job, target)
+    profile = None if job.target is None else _profile(job.target)
     announce_compilation(quiet=job.quiet)
     with stages(job.path, quiet=job.quiet) as tell, open_mesh(job.path, job.input_format) as (mesh, where):
         digest = fingerprint(where)
-        done = repair(mesh, job.passes, hold=job.hold, tolerance=job.tolerance, threads=job.threads, progress=tell)
+        done = repair(
+            mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, threads=job.threads, progress=tell
+        )
         tell("measure", 0, 0)
         (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)
         notes = list(mesh.notes)
@@ -76,7 +82,13 @@ def run_repair(job: RepairJob) -> int:
     if job.html is not None and not job.dry_run:
         _page(job.html, done, last_audit, first, last, document)
     deliver(text, None)
-    return 1 if done.last.bad else 0
+    failed = done.aim is not None and done.aim.last is not None and done.aim.last.judgement.state == "fail"
+    return 1 if done.last.bad or failed else 0
+
+
+def _profile(name: str) -> Profile:
+    """The profile of that name, or the gate file."""
+    return load(name) if name in PROFILES or not Path(name).exists() else read_gate_file(name)
 
 
 def _check_files(job: RepairJob, target: str | None) -> None:
@@ -138,6 +150,6 @@ def _page(path: str, done: Repair, last_audit: Audit, first: Summary, last: Summ
         ],
         "moved_points": document["moved_points"], "max_deviation": document["max_deviation"],
         "zones_kept": [z.name for z in done.before.zones] == [z.name for z in done.after.zones],
-        "refused": document["refused"],
+        "refused": document["refused"] + [left["words"] for left in (document["target"] or {}).get("left", ())],
     }  # fmt: skip
     deliver(report_html(last_audit, last, repair=section), path)

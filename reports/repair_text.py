@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import click
@@ -69,6 +70,8 @@ def render_text(
     left = document["after"]["inverted_or_degenerate"]
     if left:
         out.append(red(f"  {left:,} inverted or degenerate cells are left"))
+    if document["target"]:
+        out += _target(document["target"], width, bold)
     if document["refused"]:
         out += ["", bold("  not done")] + [f"  - {printable(text, width)}" for text in document["refused"]]
     elif back:
@@ -80,6 +83,21 @@ def render_text(
     if target:
         out += ["", f"  written: {printable(target, 200)}"]
     return "\n".join(out) + "\n"
+
+
+def _target(target: dict[str, Any], width: int, bold: Callable[[str], str]) -> list[str]:
+    """What the profile said before and after, what it called for, and what is left."""
+    before, after = target["verdict"]
+    out = ["", bold(f"  target {printable(target['profile'], 60)}: {before} > {after}")]
+    for step in target["plan"]:
+        first, *more = step["because"]
+        others = f" and {len(more)} more reasons" if len(more) > 1 else " and 1 more reason" if more else ""
+        out.append(f"  - {step['pass']}, for {printable(first, width)}{others}")
+    if not target["plan"]:
+        out.append("  - no pass was called for: " + ("the mesh keeps it" if after == "pass" else "none can mend it"))
+    if target["left"]:
+        out += ["", bold("  left")] + [f"  - {printable(left['words'], 3 * width)}" for left in target["left"]]
+    return out
 
 
 def _figure(value: Any) -> str:

@@ -1,5 +1,6 @@
 """`meshwright repair` on files: receipts, journals, undo, and inputs that nothing can be done with."""
 
+import importlib
 import json
 import signal
 import subprocess
@@ -7,11 +8,12 @@ import sys
 import time
 import zipfile
 
+import meshio
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from lxml import html
-from repair_meshes import box, random_tets, solid, square, with_reversed
+from repair_meshes import box, hybrid_layers, random_tets, solid, square, with_reversed
 
 from meshwright.audit import read
 from meshwright.audit.connectivity import faces
@@ -242,6 +244,33 @@ def test_what_is_written_reads_back_as_the_same_mesh(tmp_path, suffix, kind):
         }
     else:
         assert len(lost) == 2, "what a format does not hold is said"
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".su2", ".vtk", ".vtu"])
+def test_a_hybrid_mesh_reads_back_cell_by_cell(tmp_path, suffix):
+    mesh = hybrid_layers()
+    write(mesh, tmp_path / f"m{suffix}")
+    back = read(tmp_path / f"m{suffix}")
+    for block in mesh.blocks:
+        assert np.array_equal(back.block(block.type).nodes, block.nodes), block.type
+    assert not repair(back, "orient").changed
+
+
+def test_vtk_and_meshio_files_of_one_wedge_are_read_as_the_same_wedge(tmp_path):
+    """VTK 9 computes with the order in which wedges stand, meshio writes and reads them turned."""
+    mesh = hybrid_layers()
+    vtk_size = pytest.importorskip("vtk").vtkCellSizeFilter()
+    write(mesh, tmp_path / "ours.vtu")
+    meshio.Mesh(mesh.points, [("wedge", mesh.block("wedge").nodes)]).write(tmp_path / "meshio.vtu")
+    meshio.Mesh(mesh.points, [("wedge", mesh.block("wedge").nodes)]).write(tmp_path / "meshio.vtk")
+    for name in ("ours.vtu", "meshio.vtu", "meshio.vtk"):
+        assert np.array_equal(read(tmp_path / name).block("wedge").nodes, mesh.block("wedge").nodes), name
+    reader = importlib.import_module("vtk").vtkXMLUnstructuredGridReader()
+    reader.SetFileName(str(tmp_path / "ours.vtu"))
+    vtk_size.SetInputConnection(reader.GetOutputPort())
+    vtk_size.Update()
+    sizes = vtk_size.GetOutput().GetCellData().GetArray("Volume")
+    assert min(sizes.GetValue(i) for i in range(sizes.GetNumberOfTuples())) > 0.0
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".obj", ".off"])

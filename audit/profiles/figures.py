@@ -17,7 +17,7 @@ from meshwright.audit.profiles.sampling import Sample
 from meshwright.audit.ranks import at_ranks
 from meshwright.audit.statistics import worst_first
 
-__all__ = ["Figure", "beyond_by_zone", "count_beyond", "figure_of", "worst_of"]
+__all__ = ["Figure", "beyond_by_zone", "count_beyond", "figure_of", "is_beyond_each", "worst_of"]
 
 _MOST_ZONES = 100
 
@@ -87,7 +87,8 @@ def _percentile(known: NDArray[np.float64], total: int, percent: float, below: i
     return a + (b - a) * fraction if fraction < 0.5 else b - (b - a) * (1 - fraction)
 
 
-def _beyond(values: NDArray[np.float64], limit: float, sense: Sense, *, inclusive: bool) -> NDArray[np.bool_]:
+def is_beyond_each(values: NDArray[np.float64], limit: float, sense: Sense, *, inclusive: bool) -> NDArray[np.bool_]:
+    """Which values lie on the bad side of a limit; nan does not."""
     with np.errstate(invalid="ignore"):
         if sense == "above":
             return values >= limit if inclusive else values > limit
@@ -98,7 +99,7 @@ def count_beyond(found: Iterable[Sample], limit: float | None, sense: Sense, *, 
     """How many values lie on the bad side of a limit; none do where there is no limit."""
     if limit is None:
         return 0
-    return sum(int(np.count_nonzero(_beyond(s.values, limit, sense, inclusive=inclusive))) for s in found)
+    return sum(int(np.count_nonzero(is_beyond_each(s.values, limit, sense, inclusive=inclusive))) for s in found)
 
 
 def worst_of(places: Places, found: list[Sample], sense: Sense) -> dict[str, Any] | None:
@@ -129,7 +130,7 @@ def beyond_by_zone(
     counts = np.zeros(len(names), np.int64)
     worst: dict[int, tuple[float, Sample, int]] = {}
     for sample in found:
-        at = np.flatnonzero(_beyond(sample.values, limit, sense, inclusive=inclusive))
+        at = np.flatnonzero(is_beyond_each(sample.values, limit, sense, inclusive=inclusive))
         if not len(at):
             continue
         if zone_of_cell is None or sample.key in ("face", "point"):

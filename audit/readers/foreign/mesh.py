@@ -41,6 +41,13 @@ _RENUMBERED = (
 )
 
 
+_VTK = ("vtk", "vtu")
+_WEDGE = [0, 2, 1, 3, 5, 4]
+"""meshio turns the wedges of VTK files by this, after old VTK text; VTK 9 itself computes with the order in which they
+stand (`vtkCellSizeFilter`, `vtkMeshQuality`). Files that meshio wrote it turns back rightly; of others the turn is
+undone."""
+
+
 @dataclass(frozen=True)
 class _Block:
     type: str
@@ -56,7 +63,8 @@ class _Block:
 def mesh_of_arrays(source: Source, name: str, head: Mapping[str, Any], arrays: Mapping[str, np.ndarray]) -> Mesh:
     """The mesh. Raises ReadError for node numbers that are not, coordinates that are not, no cells."""
     points = _points(source, arrays["points"])
-    blocks = [_block(source, kind, i, arrays, len(points)) for i, kind in enumerate(head["cells"])]
+    turned = name in _VTK and not _by_meshio(source)
+    blocks = [_block(source, kind, i, arrays, len(points), turned) for i, kind in enumerate(head["cells"])]
     dimensions = [CELL_TYPES[block.type].dimension for block in blocks for _ in range(min(1, len(block)))]
     cell_dimension = max(dimensions, default=-1)
     if cell_dimension < 2:
@@ -124,7 +132,12 @@ def _node_rows(source: Source, kind: str, values: np.ndarray, n_points: int) -> 
     return values.astype(np.int64)
 
 
-def _block(source: Source, kind: str, i: int, arrays: Mapping[str, np.ndarray], n_points: int) -> _Block:
+def _by_meshio(source: Source) -> bool:
+    """Whether meshio wrote the file: it says so near the beginning of each."""
+    return b"by meshio" in source.data[:1024].tobytes()
+
+
+def _block(source: Source, kind: str, i: int, arrays: Mapping[str, np.ndarray], n_points: int, turned: bool) -> _Block:
     values = arrays[f"cells{i}"]
     if kind.startswith("polyhedron"):
         nodes = _node_rows(source, kind, values, n_points)
@@ -135,6 +148,8 @@ def _block(source: Source, kind: str, i: int, arrays: Mapping[str, np.ndarray], 
             source.path, f"cells of type {kind}", "as many nodes in each", f"an array of shape {values.shape}"
         )
     nodes = _node_rows(source, kind, values, n_points)
+    if turned and kind == "wedge":
+        nodes = nodes[:, _WEDGE]
     width = nodes.shape[1]
     if kind.startswith("polygon"):
         if width < 3:

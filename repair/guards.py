@@ -6,14 +6,18 @@ import numpy as np
 
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.carrying import padded
-from meshwright.repair.held import held_points
+from meshwright.repair.held import held_points, sliding
 from meshwright.repair.outcome import Options, Outcome, Pass
 from meshwright.repair.quality import Standing, worst_around_points, worst_at_points
 from meshwright.repair.sizes import signed_sizes
+from meshwright.repair.sliding import FIXED, PROJECT, SLIDE
 
 __all__ = ["broken"]
 
-_VOLUME = 1e-12
+_VOLUMES = {FIXED: 1e-12, SLIDE: 1e-9, PROJECT: 1e-2}
+"""Part of the volume that may change: rounding, what rounding leaves of flatness, the sag of a coarse boundary."""
+_OFF = 1e-9
+"""Part of the extent by which rounding may take a point off the boundary that it slides on."""
 _ROUNDING = 1e-9
 
 
@@ -30,14 +34,18 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     if emptied and row.nothing_worse:
         return f"zone {emptied[0]!r} would lose its last member"
     origin = np.arange(len(new.points)) if outcome.points_from is None else outcome.points_from
-    stays = held_points(mesh, options)
+    slides = sliding(mesh, options)
+    stays = held_points(mesh, options) & ~slides
     old = origin >= 0
     still = old & stays[np.where(old, origin, 0)]
     if not np.array_equal(new.points[still].view(np.int64), mesh.points[origin[still]].view(np.int64)):
         return "a point that is held would move"
+    along = new.points[old & slides[np.where(old, origin, 0)]]
+    if len(along) and float(options.sheet.seats(along)[1].max()) > _OFF * float(np.ptp(mesh.points, axis=0).max()):
+        return "a point of the boundary would leave it"
     if not row.nothing_worse:
         return ""
-    fault = _volume_change(mesh, new)
+    fault = _volume_change(mesh, new, _VOLUMES[options.boundary])
     if fault or row.nothing_worse == "nowhere":
         return fault
     if row.nothing_worse == "in regions":
@@ -45,7 +53,7 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     return _worse_around_points(mesh, outcome, before, after)
 
 
-def _volume_change(mesh: Mesh, new: Mesh) -> str:
+def _volume_change(mesh: Mesh, new: Mesh, allowed: float) -> str:
     """In words, "" where the signed volume (area in the plane) is the same: inner points cannot change it.
 
     A curved surface has neither; what swaps do to it is limited by the angle by which they may turn a normal.
@@ -54,7 +62,7 @@ def _volume_change(mesh: Mesh, new: Mesh) -> str:
         return ""
     one, two = (float(np.sum(signed_sizes(m))) for m in (mesh, new))
     scale = max(float(np.sum(np.abs(signed_sizes(new)))), abs(one))
-    if abs(two - one) > _VOLUME * scale:
+    if abs(two - one) > allowed * scale:
         return f"the volume would change from {one:.17g} to {two:.17g}"
     return ""
 

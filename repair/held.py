@@ -13,8 +13,9 @@ from meshwright.audit.connectivity import faces, nodes_of_cells
 from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 from meshwright.repair.outcome import Options
+from meshwright.repair.sliding import sliding_points
 
-__all__ = ["Hold", "border_faces", "edge_walls", "held_points", "holds", "zone_walls"]
+__all__ = ["Hold", "border_faces", "edge_walls", "held_points", "holds", "sliding", "zone_walls"]
 
 Mask = NDArray[np.bool_]
 
@@ -69,6 +70,20 @@ def edge_walls(mesh: Mesh) -> Ints:
     walls = [sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(2)]]
     walls += [block.nodes[:, :2] for block in mesh.boundary if CELL_TYPES[block.type].corners == "line"]
     return np.concatenate(walls).astype(np.int64)
+
+
+def sliding(mesh: Mesh, options: Options) -> Mask:
+    """(n,) points of the boundary of tets that may move along it; none where the boundary is fixed.
+
+    Nothing but the boundary holds them, and all their cells are linear tets.
+    """
+    out = sliding_points(mesh, options.boundary)
+    if out.any():
+        out &= (holds(mesh, options) | (Hold.BOUNDARY | Hold.ELEMENT).value) == (Hold.BOUNDARY | Hold.ELEMENT).value
+        for block in mesh.blocks:
+            if block.type != "tet":
+                out[block.nodes.ravel()] = False
+    return out
 
 
 def held_points(mesh: Mesh, options: Options) -> Mask:

@@ -15,6 +15,7 @@ import json
 import zipfile
 import zlib
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,7 @@ def receipt(done: Repair, source: str, target: str | None) -> dict[str, Any]:
         "refused": list(done.refused),
         "limits": list(done.limits),
         "notes": list(done.notes),
+        "boundary": None if done.along is None else asdict(done.along),
         "target": None if done.aim is None else done.aim.as_json(),
     }
 

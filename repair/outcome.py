@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from meshwright.audit.mesh import Ints, Mesh
+from meshwright.repair.sliding import FIXED, Sheet
 
 __all__ = ["Options", "Outcome", "Pass", "Tell"]
 
@@ -40,11 +41,14 @@ class Options:
     """What the user may choose.
 
     hold: globs of zones whose points stay. tolerance: distance within which `weld` joins points, None for its default.
+    boundary: "fixed", "slide" or "project", see `sliding`; sheet: the boundary as given, along which points slide.
     tell: is told (stage, done, of) and may raise to cancel.
     """
 
     hold: tuple[str, ...] = ()
     tolerance: float | None = None
+    boundary: str = FIXED
+    sheet: Sheet = field(default_factory=Sheet.empty, compare=False)
     tell: Tell = field(default=_silent, compare=False)
 
 

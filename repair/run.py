@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,13 @@ from meshwright.repair.limits import limits
 from meshwright.repair.outcome import Options, Outcome, Pass
 from meshwright.repair.passes import PASSES, select_passes
 from meshwright.repair.quality import Standing, standing, worst_first
+from meshwright.repair.sizes import signed_sizes
+from meshwright.repair.sliding import FIXED, MODES, Sheet
 from meshwright.repair.target import Aim, judge_by
 
 __all__ = ["Repair", "Step", "repair"]
 
+_NO_GAIN = "it gained nothing worth a change"
 _MOST_REPEATS = 50
 _MOST_ROUNDS = 8
 """Turns of a pass and rounds of all passes after which a repair that does not settle is stopped, and says so."""
@@ -53,12 +56,27 @@ class Step:
     seconds: float
 
 
+@dataclass(frozen=True)
+class Along:
+    """What became of a boundary whose points could slide.
+
+    mode: "slide" or "project". moved: points of it that moved. off: how far at most from the surface as it was given,
+    at points and in the middle of faces. volume: relative change of the volume.
+    """
+
+    mode: str
+    moved: int
+    off: float
+    volume: float
+
+
 @dataclass(frozen=True, eq=False)
 class Repair:
     """What a repair did. before and after are meshes; steps tells how the one became the other.
 
     before: the mesh that was given, in the form of cells where it was given by its faces; `notes` tells what that form
     does not hold. limits: what the boundary alone decides. aim: the profile it was for, None where there was none.
+    along: what became of the boundary, None where it was fixed.
     """
 
     before: Mesh
@@ -70,6 +88,7 @@ class Repair:
     first: Standing
     last: Standing
     aim: Aim | None = None
+    along: Along | None = None
 
     @property
     def changed(self) -> bool:
@@ -103,6 +122,7 @@ def repair(
     target: Profile | None = None,
     hold: tuple[str, ...] = (),
     tolerance: float | None = None,
+    boundary: str = FIXED,
     threads: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Repair:
@@ -110,19 +130,27 @@ def repair(
 
     passes: names with commas, None for those that are safe on every mesh; they run in the order of `PASSES`.
     target: in place of `passes`: run what this profile calls for, until it is kept, and tell what is left and why.
-    hold: globs of zones whose points stay; boundaries and borders of zones always stay. tolerance: of `weld`.
+    hold: globs of zones whose points stay; borders of zones always stay. boundary: "fixed"; "slide", where points of
+    tets inside flat parts of it may move there; "project", where those of smooth parts may move along the surface as it
+    was given; edges of the geometry always stay. tolerance: of `weld`.
     threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
     Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
     """
     if target is not None and passes is not None:
         raise UsageError("passes and a target exclude each other: a target chooses the passes")
     chosen = select_passes(passes)
-    options = Options(hold, tolerance, progress) if progress is not None else Options(hold, tolerance)
+    if boundary not in MODES:
+        raise UsageError(f"unknown boundary {boundary[:60]!r}; known are {', '.join(MODES)}")
+    options = Options(hold, tolerance, boundary)
+    if progress is not None:
+        options = replace(options, tell=progress)
     if mesh.n_nonfinite:
         raise MeshError(
             f"{mesh.n_nonfinite} points have coordinates that are nan or infinite; no pass can tell where they belong"
         )
     mesh, notes = in_cell_form(mesh)
+    if boundary != FIXED and mesh.cell_dimension == 3:
+        options = replace(options, sheet=Sheet.of(mesh, boundary))
     with limited_to(threads):
         if target is None:
             return _Driver(mesh, options).run(chosen, notes, None)
@@ -142,6 +170,7 @@ class _Driver:
         self.refused: list[str] = []
         self.spent: dict[str, Mesh] = {}
         self.blocked = False
+        self.judged: tuple[Mesh | None, bool] = None, False
 
     def run(self, chosen: tuple[Pass, ...], notes: tuple[str, ...], aim: Aim | None) -> Repair:
         """Rounds of all passes until a whole one keeps nothing, or the aim is reached.
@@ -156,7 +185,7 @@ class _Driver:
             kept = 0
             for row in chosen:
                 kept += self._turns(row, aim)
-                done = aim is not None and aim.reached(self.current)
+                done = self._reached(aim)
                 if done or self.blocked:
                     break
             done |= not kept
@@ -167,24 +196,32 @@ class _Driver:
             aim = aim.ended(self.current, self.options)
         return Repair(
             self.before, self.current, tuple(self.steps), tuple(dict.fromkeys(self.refused)), notes,
-            limits(self.current), self.first, self.now, aim,
+            limits(self.current), self.first, self.now, aim, self._along(),
         )  # fmt: skip
+
+    def _along(self) -> Along | None:
+        sheet, mode = self.options.sheet, self.options.boundary
+        if not len(sheet.corners):
+            return None
+        now = Sheet.of(self.current, mode).corners.reshape(-1, 3, 3)
+        where = np.unique(now.reshape(-1, 3), axis=0)
+        _, off = sheet.seats(np.concatenate([where, now.mean(axis=1)]))
+        before = np.unique(sheet.corners.reshape(-1, 3), axis=0)
+        moved = len(np.unique(np.concatenate([before, where]), axis=0)) - len(before)
+        one, two = (float(np.sum(signed_sizes(mesh))) for mesh in (self.before, self.current))
+        return Along(mode, moved, float(off.max()), (two - one) / one if one else 0.0)
 
     def _turns(self, row: Pass, aim: Aim | None) -> int:
         """Run a pass until it keeps nothing more; how often it was kept."""
         if self.spent.get(row.name) is self.current:
             return 0  # it had its turn on this very mesh
         for turn in range(_MOST_REPEATS if row.repeats else 1):
-            if turn and aim is not None and aim.reached(self.current):
+            if turn and self._reached(aim):
                 return turn
             self.spent[row.name] = self.current
-            step, after = _transaction(row, row.run, self.current, self.now, self.options, self.refused)
-            if step is not None and step.state != "kept" and row.cautious is not None:
-                self.steps.append(step)
-                step, after = _transaction(row, row.cautious, self.current, self.now, self.options, self.refused)
+            step, after = self._propose(row)
             if step is None:
                 return turn
-            self.steps.append(step)
             if step.state != "kept":
                 self.blocked = row.explicit and not row.repeats
                 if self.blocked:
@@ -195,6 +232,35 @@ class _Driver:
         if row.repeats:
             self.refused.append(f"{row.name} was stopped after {_MOST_REPEATS} turns and might gain more")
         return _MOST_REPEATS if row.repeats else 1
+
+    def _propose(self, row: Pass) -> tuple[Step | None, Standing]:
+        """The first proposal of a pass that is kept, or its last one; see `Pass.cautious`."""
+        runs = [(row.run, self.options)]
+        if self.options.boundary != FIXED:
+            runs.append((row.run, replace(self.options, boundary=FIXED, sheet=Sheet.empty())))
+        if row.cautious is not None:
+            runs.append((row.cautious, runs[-1][1]))
+        step: Step | None = None
+        after = self.now
+        for i, (run, options) in enumerate(runs):
+            if step is not None and step.reason == _NO_GAIN and run is row.run:
+                continue  # a fixed boundary gains no more than one along which points slide
+            new, after = _transaction(row, run, self.current, self.now, options, self.refused)
+            if new is None:
+                return (None if i == 0 else step), self.now
+            step = new
+            self.steps.append(step)
+            if step.state == "kept":
+                break
+        return step, after
+
+    def _reached(self, aim: Aim | None) -> bool:
+        """Whether the aim is; asked once of each mesh."""
+        if aim is None:
+            return False
+        if self.judged[0] is not self.current:
+            self.judged = self.current, aim.reached(self.current)
+        return self.judged[1]
 
 
 def _transaction(
@@ -230,7 +296,7 @@ def _transaction(
         return None, now
     after = standing(outcome.mesh)
     if row.repeats and not worst_first(now, after):
-        return step("rolled back", "it gained nothing worth a change", outcome, after), now
+        return step("rolled back", _NO_GAIN, outcome, after), now
     fault = broken(row, mesh, outcome, now, after, options)
     if fault:
         refused.append(f"{row.name} was rolled back: {fault}")

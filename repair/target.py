@@ -215,7 +215,8 @@ def _beyond(verdict: Verdict, rule: Rule) -> tuple[Ints, Floats]:
         return np.empty(0, np.int64), np.empty(0)
     turn = turn_for(limit, measured.values)
     asked = limit if turn is None else turned(limit, turn)
-    rows, values = [np.empty(0, np.int64)], [np.empty(0)]
+    rows: list[Ints] = [np.empty(0, np.int64)]
+    values: list[Floats] = [np.empty(0)]
     for part in parts(mesh, limit.where, _entity(limit), None, each=limit.each):
         if part.zone != rule.zone:
             continue

@@ -8,7 +8,7 @@ import numpy as np
 
 from meshwright.audit.mesh import Mesh
 from meshwright.repair.carrying import assignable, with_cells, with_points
-from meshwright.repair.held import held_points, zone_walls
+from meshwright.repair.held import held_points, sliding, zone_walls
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.tets import TetTables, improve_tets, raise_worst_tets, smooth_tets, swap_tets
 
@@ -21,7 +21,8 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
         return Outcome(mesh, 0)
     assignable(mesh)
     block = mesh.block("tet")
-    tables = TetTables.of(mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options))
+    slides = sliding(mesh, options)
+    tables = TetTables.of(mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options), slides, options.sheet)
     swaps, moves = work(tables)
     if not swaps and not moves:
         return Outcome(mesh, 0)

@@ -16,6 +16,7 @@ import numpy as np
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
+from meshwright.repair.sliding import normal_of, settle
 from meshwright.repair.tet_shape import POWER, both, measures, quality, quality_of, scaled_cost
 
 __all__ = ["colours", "raise_worst", "rate", "smooth", "stars", "worst_at_points"]
@@ -155,8 +156,13 @@ def _hurts(base: Floats, n: int, x: float, y: float, z: float) -> bool:
 
 
 @inner
-def _newton(base: Floats, n: int, x: float, y: float, z: float) -> tuple[float, float, float, bool]:
-    """The damped Newton step of the summed cost at x, y, z; False where there is none that goes down."""
+def _newton(
+    base: Floats, n: int, x: float, y: float, z: float, mx: float, my: float, mz: float
+) -> tuple[float, float, float, bool]:
+    """The damped Newton step of the summed cost at x, y, z; False where there is none that goes down.
+
+    mx, my, mz: unit normal of the plane that the step keeps to, 0 for a free point.
+    """
     gx = gy = gz = 0.0
     hxx = hxy = hxz = hyy = hyz = hzz = 0.0
     for i in range(n):
@@ -188,6 +194,18 @@ def _newton(base: Floats, n: int, x: float, y: float, z: float) -> tuple[float, 
         hxy += ss * sx * sy + sd * (sx * ny + sy * nx) + dd * nx * ny
         hxz += ss * sx * sz + sd * (sx * nz + sz * nx) + dd * nx * nz
         hyz += ss * sy * sz + sd * (sy * nz + sz * ny) + dd * ny * nz
+    if mx * mx + my * my + mz * mz > 0.5:
+        ax, ay, az, bx, by, bz = _across(mx, my, mz)
+        ga, gb = gx * ax + gy * ay + gz * az, gx * bx + gy * by + gz * bz
+        kx, ky, kz = hxx * ax + hxy * ay + hxz * az, hxy * ax + hyy * ay + hyz * az, hxz * ax + hyz * ay + hzz * az
+        haa, hab = ax * kx + ay * ky + az * kz, bx * kx + by * ky + bz * kz
+        kx, ky, kz = hxx * bx + hxy * by + hxz * bz, hxy * bx + hyy * by + hyz * bz, hxz * bx + hyz * by + hzz * bz
+        hbb = bx * kx + by * ky + bz * kz
+        whole = haa * hbb - hab * hab
+        if not (haa > 0.0 and whole > 0.0):
+            return 0.0, 0.0, 0.0, False
+        da, db = -(hbb * ga - hab * gb) / whole, -(haa * gb - hab * ga) / whole
+        return da * ax + db * bx, da * ay + db * by, da * az + db * bz, ga * da + gb * db < 0.0
     c1 = hyy * hzz - hyz * hyz
     c2 = hxz * hyz - hxy * hzz
     c3 = hxy * hyz - hxz * hyy
@@ -203,11 +221,29 @@ def _newton(base: Floats, n: int, x: float, y: float, z: float) -> tuple[float, 
     return dx, dy, dz, gx * dx + gy * dy + gz * dz < 0.0
 
 
+@inner
+def _across(x: float, y: float, z: float) -> tuple[float, float, float, float, float, float]:
+    """Two unit vectors square to the unit vector x, y, z and to each other; along the axes where it is along one."""
+    if abs(x) <= abs(y) and abs(x) <= abs(z):
+        ax, ay, az = 1.0 - x * x, -x * y, -x * z
+    elif abs(y) <= abs(z):
+        ax, ay, az = -y * x, 1.0 - y * y, -y * z
+    else:
+        ax, ay, az = -z * x, -z * y, 1.0 - z * z
+    size = math.sqrt(ax * ax + ay * ay + az * az)
+    ax, ay, az = ax / size, ay / size, az / size
+    return ax, ay, az, y * az - z * ay, z * ax - x * az, x * ay - y * ax
+
+
 @kernel
-def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, floor: float) -> int:
+def smooth(
+    points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, floor: float,
+    seat: Ints, corners: Floats, beyond: Ints,
+) -> int:  # fmt: skip
     """Move each point of `rows` downhill in the summed cost of its star; the number of points that moved.
 
-    least: (n,) quality that no tet at a point may fall under.
+    least: (n,) quality that no tet at a point may fall under. seat: (n,) triangle of the sheet `corners`, `beyond` (see
+    `sliding.Sheet`) that a point keeps to, -1 for one that is free; it changes with the point.
     """
     base = np.empty((_LARGEST_STAR, 10))
     moved = 0
@@ -221,16 +257,22 @@ def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, 
         if not low > 0.0:
             continue
         started = total
+        sits = seat[p]
+        mx = my = mz = 0.0
         for _ in range(2):
-            dx, dy, dz, ok = _newton(base, n, x, y, z)
+            if sits >= 0:
+                mx, my, mz = normal_of(corners, sits)
+            dx, dy, dz, ok = _newton(base, n, x, y, z, mx, my, mz)
             if not ok:
                 break
             step, taken = 1.0, False
             for _ in range(_MOST_STEPS):
-                tx, ty, tz = x + step * dx, y + step * dy, z + step * dz
+                tx, ty, tz, on = x + step * dx, y + step * dy, z + step * dz, sits
+                if sits >= 0:
+                    tx, ty, tz, on, _gap = settle(corners, beyond, sits, tx, ty, tz)
                 new, new_low = _sum_at(base, n, tx, ty, tz, total, min(low, floor))
                 if new < total:
-                    x, y, z = tx, ty, tz
+                    x, y, z, sits = tx, ty, tz, on
                     gain = total - new
                     total, low = new, new_low
                     taken = gain > 0.01 * total
@@ -240,6 +282,7 @@ def smooth(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, 
                 break
         if total < started * (1.0 - _LEAST) and not _hurts(base, n, x, y, z):
             points[p, 0], points[p, 1], points[p, 2] = x, y, z
+            seat[p] = sits
             moved += 1
     return moved
 
@@ -296,8 +339,14 @@ def _least_at(base: Floats, n: int, x: float, y: float, z: float, least: float) 
 
 
 @kernel
-def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, below: float) -> int:
-    """Raise the smallest fitness of the star of each point of `rows` where it is under `below`; points that moved."""
+def raise_worst(
+    points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats, rows: Ints, below: float,
+    seat: Ints, corners: Floats, beyond: Ints,
+) -> int:  # fmt: skip
+    """Raise the smallest fitness of the star of each point of `rows` where it is under `below`; points that moved.
+
+    least, seat, corners, beyond: as of `smooth`.
+    """
     base = np.empty((_LARGEST_STAR, 10))
     fits = np.empty(_LARGEST_STAR)
     slopes = np.empty((_LARGEST_STAR, 3))
@@ -322,15 +371,23 @@ def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Flo
         if not (low < below and reach > 0.0):
             continue
         started = low
+        sits = seat[p]
+        mx = my = mz = 0.0
         step = 0.2 * reach
         h = 1e-5 * reach
         for _ in range(_MOST_ASCENTS):
+            if sits >= 0:
+                mx, my, mz = normal_of(corners, sits)
             active = 0
             for i in range(n):
                 if fits[i] <= low + _ACTIVE * abs(low) + 1e-6:
                     slopes[active, 0] = (_at(base, i, x + h, y, z)[0] - _at(base, i, x - h, y, z)[0]) / (2.0 * h)
                     slopes[active, 1] = (_at(base, i, x, y + h, z)[0] - _at(base, i, x, y - h, z)[0]) / (2.0 * h)
                     slopes[active, 2] = (_at(base, i, x, y, z + h)[0] - _at(base, i, x, y, z - h)[0]) / (2.0 * h)
+                    out = slopes[active, 0] * mx + slopes[active, 1] * my + slopes[active, 2] * mz
+                    slopes[active, 0] -= out * mx
+                    slopes[active, 1] -= out * my
+                    slopes[active, 2] -= out * mz
                     active += 1
             size = _shortest_in_hull(slopes, active, g)
             if not size * reach > 1e-4:
@@ -338,15 +395,18 @@ def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Flo
             better = False
             for _ in range(7):
                 s = step / size
-                new = _least_at(base, n, x + s * g[0], y + s * g[1], z + s * g[2], low)
-                if new > low and not _hurts(base, n, x + s * g[0], y + s * g[1], z + s * g[2]):
+                tx, ty, tz, on = x + s * g[0], y + s * g[1], z + s * g[2], sits
+                if sits >= 0:
+                    tx, ty, tz, on, _gap = settle(corners, beyond, sits, tx, ty, tz)
+                new = _least_at(base, n, tx, ty, tz, low)
+                if new > low and not _hurts(base, n, tx, ty, tz):
                     better = True
                     break
                 step *= 0.45
             if not better:
                 break
             gain = new - low
-            x, y, z = x + s * g[0], y + s * g[1], z + s * g[2]
+            x, y, z, sits = tx, ty, tz, on
             low = np.inf
             for i in range(n):
                 fits[i] = _at(base, i, x, y, z)[0]
@@ -356,6 +416,7 @@ def raise_worst(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Flo
             step *= 1.6
         if low > started + _LEAST * abs(started):
             points[p, 0], points[p, 1], points[p, 2] = x, y, z
+            seat[p] = sits
             moved += 1
     return moved
 

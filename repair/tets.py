@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.audit.parallel import in_parallel
 from meshwright.repair.quality import worst_around_points
+from meshwright.repair.sliding import Sheet
 from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars, worst_at_points
 from meshwright.repair.tet_swaps import swap
 from meshwright.repair.tet_topology import neighbours, wall_points
@@ -38,6 +39,7 @@ _BATCH = 1024
 class TetTables:
     """A tet mesh while it is changed; see `tet_topology`. `held` (n,): points that stay.
 
+    seat (n,): triangle of `sheet` that a point keeps to, -1 for one that is free or held.
     least (n,): quality of the worst tet around each point at the start, see `quality.worst_around_points`; no tet at
     the point may fall under that. The arrays are its own.
     """
@@ -51,10 +53,17 @@ class TetTables:
     cost: Floats
     held: Mask
     least: Floats
+    seat: Ints
+    sheet: Sheet
 
     @classmethod
-    def of(cls, points: Floats, tets: Ints, walls: Ints, held: Mask) -> TetTables:
-        """Tables of the tets (m, 4); walls (k, 3): faces to leave alone; held (n,): points to leave alone."""
+    def of(
+        cls, points: Floats, tets: Ints, walls: Ints, held: Mask, slides: Mask | None = None, sheet: Sheet | None = None
+    ) -> TetTables:
+        """Tables of the tets (m, 4); walls (k, 3): faces to leave alone; held (n,): points to leave alone.
+
+        slides (n,): of those, the ones that may move along `sheet`.
+        """
         m = len(tets)
         capacity = m + int(_ROOM * m) + 64
         table = np.full((capacity, 4), -1, np.int64)
@@ -77,8 +86,14 @@ class TetTables:
             np.zeros(capacity),
             np.array(held),
             worst_around_points(table[:m], worst_at_points(own, table, len(points))) - _ROUNDING,
+            np.full(len(points), -1, np.int64),
+            Sheet.empty() if sheet is None else sheet,
         )
         tables.held |= wall_points(table, across, len(points))
+        if slides is not None and slides.any():
+            rows = np.flatnonzero(slides)
+            tables.seat[rows], _ = tables.sheet.seats(own[rows])
+            tables.held[rows] = False
         rate(own, table, tables.fit, tables.cost)
         return tables
 
@@ -120,11 +135,12 @@ class TetTables:
         order, stops = colours(self.tets, begin, items, rows)
 
         floor = self.floor
+        seats = (self.seat, self.sheet.corners, self.sheet.across)
 
         def one(part: Ints) -> int:
             if below is None:
-                return int(smooth(self.points, self.tets, begin, items, self.least, part, floor))
-            return int(raise_worst(self.points, self.tets, begin, items, self.least, part, below))
+                return int(smooth(self.points, self.tets, begin, items, self.least, part, floor, *seats))
+            return int(raise_worst(self.points, self.tets, begin, items, self.least, part, below, *seats))
 
         moved = 0
         for _ in range(sweeps):

@@ -33,6 +33,13 @@ __all__ = ["command"]
 @click.option(
     "--tolerance", type=click.FloatRange(0), metavar="LENGTH", help="Of weld; default 1e-6 of the shortest edge."
 )
+@click.option(
+    "--boundary",
+    type=click.Choice(("fixed", "slide", "project")),
+    default="fixed",
+    help="Of tets: slide moves points inside flat parts of the boundary, project inside smooth ones, along the surface "
+    "as it is. Edges of the geometry and borders of zones stay. Default: fixed.",
+)
 @click.option("--dry-run", is_flag=True, help="Tell what would be done and write nothing.")
 @click.option(
     "--format", "output", type=click.Choice(("text", "json")), default="text", help="Of the receipt on stdout."
@@ -49,9 +56,9 @@ __all__ = ["command"]
 def command(ctx: click.Context, /, **options: Any) -> None:
     """Repair the mesh IN and write it to OUT, with a receipt.
 
-    Boundaries, borders between zones and layers of wedges stay where they are, to the last bit. A pass that would
-    invert a cell, change the volume or make the worst cell of a neighbourhood worse is rolled back, and the receipt
-    says so. Repairing the result again changes nothing.
+    Boundaries (see --boundary), borders between zones and layers of wedges stay where they are, to the last bit. A pass
+    that would invert a cell, change the volume or make the worst cell of a neighbourhood worse is rolled back, and the
+    receipt says so. Repairing the result again changes nothing.
 
     \b
       meshwright repair part.msh -o better.msh --journal part.journal

@@ -40,6 +40,7 @@ class RepairJob:
     target: str | None = None
     hold: tuple[str, ...] = ()
     tolerance: float | None = None
+    boundary: str = "fixed"
     dry_run: bool = False
     output: str = "text"
     journal: str | None = None
@@ -63,8 +64,9 @@ def run_repair(job: RepairJob) -> int:
     with stages(job.path, quiet=job.quiet) as tell, open_mesh(job.path, job.input_format) as (mesh, where):
         digest = fingerprint(where)
         done = repair(
-            mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, threads=job.threads, progress=tell
-        )
+            mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, boundary=job.boundary,
+            threads=job.threads, progress=tell,
+        )  # fmt: skip
         tell("measure", 0, 0)
         (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)
         notes = list(mesh.notes)

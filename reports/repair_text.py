@@ -66,7 +66,14 @@ def render_text(
     names = [[zone["name"] for zone in side["zones"]] for side in shape]
     zones = "all zones kept" if names[0] == names[1] else "ZONES LOST: " + ", ".join(sorted({*names[0]} - {*names[1]}))
     moved = f"{document['moved_points']:,} points moved, by {document['max_deviation']:.3g} at most"
-    out.append(f"  {moved}, none of a boundary or a border between zones; {printable(zones, width)}")
+    along = document["boundary"]
+    if along:
+        out.append(
+            f"  {moved}; {along['moved']:,} of them on the boundary, {along['off']:.3g} off it at most, volume "
+            f"{along['volume']:+.2g}; {printable(zones, width)}"
+        )
+    else:
+        out.append(f"  {moved}, none of a boundary or a border between zones; {printable(zones, width)}")
     left = document["after"]["inverted_or_degenerate"]
     if left:
         out.append(red(f"  {left:,} inverted or degenerate cells are left"))

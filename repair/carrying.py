@@ -10,7 +10,7 @@ import numpy as np
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
 
-__all__ = ["assignable", "padded", "with_cells", "with_points", "without_points"]
+__all__ = ["assignable", "padded", "with_cells", "with_more_points", "with_points", "without_points"]
 
 
 def assignable(mesh: Mesh) -> None:
@@ -93,6 +93,16 @@ def without_points(mesh: Mesh, keep: Ints, into: Ints) -> tuple[Mesh, Ints]:
         spare_points=spare,
     )
     return fresh, np.asarray(keep)
+
+
+def with_more_points(mesh: Mesh, points: Floats) -> Mesh:
+    """The mesh with points (m, 3) behind those it has; they get numbers after the largest, where points have some."""
+    if not len(points):
+        return mesh
+    ids = mesh.point_ids
+    if ids is not None:
+        ids = np.concatenate([ids.astype(np.int64), int(ids.max()) + 1 + np.arange(len(points))])
+    return replace(mesh, points=np.concatenate([mesh.points, points]), point_ids=ids)
 
 
 def padded(mesh: Mesh) -> Ints:

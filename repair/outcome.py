@@ -8,7 +8,9 @@ from dataclasses import dataclass, field
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.repair.sliding import FIXED, Sheet
 
-__all__ = ["Options", "Outcome", "Pass", "Tell"]
+__all__ = ["FREE", "KEEP", "Options", "Outcome", "Pass", "Tell"]
+
+KEEP, FREE = "keep", "free"
 
 Tell = Callable[[str, int, int], None]
 
@@ -42,6 +44,7 @@ class Options:
 
     hold: globs of zones whose points stay. tolerance: distance within which `weld` joins points, None for its default.
     boundary: "fixed", "slide" or "project", see `sliding`; sheet: the boundary as given, along which points slide.
+    nodes: "keep", or "free" where passes on tets may put points in and take inner ones away.
     tell: is told (stage, done, of) and may raise to cancel.
     """
 
@@ -49,6 +52,7 @@ class Options:
     tolerance: float | None = None
     boundary: str = FIXED
     sheet: Sheet = field(default_factory=Sheet.empty, compare=False)
+    nodes: str = KEEP
     tell: Tell = field(default=_silent, compare=False)
 
 

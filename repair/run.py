@@ -16,7 +16,7 @@ from meshwright.audit.profiles.model import Profile
 from meshwright.repair.cell_form import in_cell_form
 from meshwright.repair.guards import broken
 from meshwright.repair.limits import limits
-from meshwright.repair.outcome import Options, Outcome, Pass
+from meshwright.repair.outcome import FREE, KEEP, Options, Outcome, Pass
 from meshwright.repair.passes import PASSES, select_passes
 from meshwright.repair.quality import Standing, standing, worst_first
 from meshwright.repair.sizes import signed_sizes
@@ -123,6 +123,7 @@ def repair(
     hold: tuple[str, ...] = (),
     tolerance: float | None = None,
     boundary: str = FIXED,
+    nodes: str = KEEP,
     threads: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Repair:
@@ -132,7 +133,8 @@ def repair(
     target: in place of `passes`: run what this profile calls for, until it is kept, and tell what is left and why.
     hold: globs of zones whose points stay; borders of zones always stay. boundary: "fixed"; "slide", where points of
     tets inside flat parts of it may move there; "project", where those of smooth parts may move along the surface as it
-    was given; edges of the geometry always stay. tolerance: of `weld`.
+    was given; edges of the geometry always stay. nodes: "keep", or "free", where points of tets may be put in and inner
+    ones taken away. tolerance: of `weld`.
     threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
     Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
     """
@@ -141,7 +143,9 @@ def repair(
     chosen = select_passes(passes)
     if boundary not in MODES:
         raise UsageError(f"unknown boundary {boundary[:60]!r}; known are {', '.join(MODES)}")
-    options = Options(hold, tolerance, boundary)
+    if nodes not in (KEEP, FREE):
+        raise UsageError(f"unknown choice of nodes {nodes[:60]!r}; known are {KEEP}, {FREE}")
+    options = Options(hold, tolerance, boundary, nodes=nodes)
     if progress is not None:
         options = replace(options, tell=progress)
     if mesh.n_nonfinite:

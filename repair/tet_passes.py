@@ -7,12 +7,15 @@ from collections.abc import Callable
 import numpy as np
 
 from meshwright.audit.mesh import Mesh
-from meshwright.repair.carrying import assignable, with_cells, with_points
+from meshwright.repair.carrying import assignable, with_cells, with_more_points, with_points, without_points
 from meshwright.repair.held import held_points, sliding, zone_walls
-from meshwright.repair.outcome import Options, Outcome
-from meshwright.repair.tets import TetTables, improve_tets, raise_worst_tets, smooth_tets, swap_tets
+from meshwright.repair.outcome import FREE, Options, Outcome
+from meshwright.repair.tets import TetTables, free_tets, improve_tets, raise_worst_tets, smooth_tets, swap_tets
 
 __all__ = ["improve", "raise_worst", "smooth", "swap"]
+
+_ROOM = 0.25
+"""New points that a pass may put in, as a part of those there are."""
 
 
 def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int, int]]) -> Outcome:
@@ -22,17 +25,30 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
     assignable(mesh)
     block = mesh.block("tet")
     slides = sliding(mesh, options)
-    tables = TetTables.of(mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options), slides, options.sheet)
+    n = len(mesh.points)
+    room = _ROOM if options.nodes == FREE else 0.0
+    tables = TetTables.of(
+        mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options), slides, options.sheet, room
+    )
     swaps, moves = work(tables)
     if not swaps and not moves:
         return Outcome(mesh, 0)
     points, tets, origin = tables.result()
-    cells_from = None
-    fresh = with_points(mesh, points)
+    fresh, cells_from, points_from = with_more_points(with_points(mesh, points[:n]), points[n:]), None, None
+    moved = int(np.count_nonzero((points[:n] != mesh.points).any(axis=1)))
+    note = f"{swaps:,} swaps, {moved:,} points moved"
     if swaps:
         fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
-    moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
-    return Outcome(fresh, swaps + moved, f"{swaps:,} swaps, {moved:,} points moved", cells_from=cells_from)
+    gone = np.setdiff1d(np.append(block.nodes, np.arange(n, len(points))), tets)
+    if len(gone) or len(points) > n:
+        into = np.full(len(points), -1, np.int64)
+        keep = np.setdiff1d(np.arange(len(points)), gone)
+        into[keep] = np.arange(len(keep))
+        fresh, rows = without_points(fresh, keep, into)
+        points_from = np.where(rows < n, rows, -1)
+        new = len(np.setdiff1d(np.arange(n, len(points)), gone))
+        note += f", {new:,} put in, {int(np.count_nonzero(gone < n)):,} taken away"
+    return Outcome(fresh, swaps + moved, note, points_from=points_from, cells_from=cells_from)
 
 
 def swap(mesh: Mesh, options: Options) -> Outcome:
@@ -46,8 +62,16 @@ def smooth(mesh: Mesh, options: Options) -> Outcome:
 
 
 def improve(mesh: Mesh, options: Options) -> Outcome:
-    """Swap and smooth tets in turn, then raise the worst."""
-    return _on_tets(mesh, options, lambda tables: improve_tets(tables, options.tell))
+    """Swap and smooth tets in turn, then raise the worst, with points put in and taken away where that is allowed."""
+
+    def work(tables: TetTables) -> tuple[int, int]:
+        swaps, moves = improve_tets(tables, options.tell)
+        if options.nodes == FREE:
+            more, further = free_tets(tables, options.tell)
+            swaps, moves = swaps + more, moves + further
+        return swaps, moves
+
+    return _on_tets(mesh, options, work)
 
 
 def raise_worst(mesh: Mesh, options: Options) -> Outcome:

@@ -19,14 +19,24 @@ from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.sliding import normal_of, settle
 from meshwright.repair.tet_shape import POWER, both, measures, quality, quality_of, scaled_cost
 
-__all__ = ["colours", "raise_worst", "rate", "smooth", "stars", "worst_at_points"]
+__all__ = [
+    "LARGEST_STAR",
+    "climb",
+    "colours",
+    "fit_at",
+    "raise_worst",
+    "rate",
+    "smooth",
+    "stars",
+    "worst_at_points",
+]
 
 _MOST_STEPS = 4
 _MOST_ASCENTS = 12
 _ACTIVE = 0.04
 """Tets whose fitness is within this part of the smallest one count as worst."""
 _LEAST = 1e-5
-_LARGEST_STAR = 512
+LARGEST_STAR = 512
 
 
 @kernel
@@ -111,7 +121,7 @@ def _star_of(points: Floats, tets: Ints, begin: Ints, items: Ints, least: Floats
 
 
 @inner
-def _at(base: Floats, i: int, x: float, y: float, z: float) -> tuple[float, float]:
+def fit_at(base: Floats, i: int, x: float, y: float, z: float) -> tuple[float, float]:
     """(fitness, cost) of tet i of the star with its point at x, y, z."""
     return measures(
         x,
@@ -134,7 +144,7 @@ def _sum_at(base: Floats, n: int, x: float, y: float, z: float, limit: float, le
     """(summed cost, smallest fitness) with the point at x, y, z; cut short once it is no better than the limits."""
     total, low = 0.0, np.inf
     for i in range(n):
-        f, c = _at(base, i, x, y, z)
+        f, c = fit_at(base, i, x, y, z)
         total += c
         low = min(low, f)
         if total >= limit or low < least:
@@ -245,11 +255,11 @@ def smooth(
     least: (n,) quality that no tet at a point may fall under. seat: (n,) triangle of the sheet `corners`, `beyond` (see
     `sliding.Sheet`) that a point keeps to, -1 for one that is free; it changes with the point.
     """
-    base = np.empty((_LARGEST_STAR, 10))
+    base = np.empty((LARGEST_STAR, 10))
     moved = 0
     for r in range(rows.size):
         p = rows[r]
-        if begin[p + 1] - begin[p] > _LARGEST_STAR:
+        if begin[p + 1] - begin[p] > LARGEST_STAR:
             continue
         n = _star_of(points, tets, begin, items, least, p, base)
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
@@ -332,10 +342,75 @@ def _least_at(base: Floats, n: int, x: float, y: float, z: float, least: float) 
     """Smallest fitness of the star with its point at x, y, z, cut short once it is not above `least`."""
     low = np.inf
     for i in range(n):
-        low = min(low, _at(base, i, x, y, z)[0])
+        low = min(low, fit_at(base, i, x, y, z)[0])
         if low <= least:
             return low
     return low
+
+
+@inner
+def climb(
+    base: Floats, n: int, x: float, y: float, z: float, fits: Floats, slopes: Floats, g: Floats,
+    sits: int, corners: Floats, beyond: Ints,
+) -> tuple[float, float, float, float, int]:  # fmt: skip
+    """(x, y, z, smallest fitness, seat) at the top that steps of the active-set method reach from x, y, z.
+
+    base: the star, see `_star_of`. fits (n,), slopes (n, 3), g (3,): scratch; fits holds the fitness of each tet at x,
+    y, z. sits: triangle of the sheet that the point keeps to, -1 for one that is free.
+    """
+    reach = np.inf
+    low = np.inf
+    for i in range(n):
+        low = min(low, fits[i])
+        for k in range(0, 9, 3):
+            dx, dy, dz = base[i, k] - x, base[i, k + 1] - y, base[i, k + 2] - z
+            reach = min(reach, dx * dx + dy * dy + dz * dz)
+    reach = math.sqrt(reach)
+    if not reach > 0.0:
+        return x, y, z, low, sits
+    mx = my = mz = 0.0
+    step = 0.2 * reach
+    h = 1e-5 * reach
+    for _ in range(_MOST_ASCENTS):
+        if sits >= 0:
+            mx, my, mz = normal_of(corners, sits)
+        active = 0
+        for i in range(n):
+            if fits[i] <= low + _ACTIVE * abs(low) + 1e-6:
+                slopes[active, 0] = (fit_at(base, i, x + h, y, z)[0] - fit_at(base, i, x - h, y, z)[0]) / (2.0 * h)
+                slopes[active, 1] = (fit_at(base, i, x, y + h, z)[0] - fit_at(base, i, x, y - h, z)[0]) / (2.0 * h)
+                slopes[active, 2] = (fit_at(base, i, x, y, z + h)[0] - fit_at(base, i, x, y, z - h)[0]) / (2.0 * h)
+                out = slopes[active, 0] * mx + slopes[active, 1] * my + slopes[active, 2] * mz
+                slopes[active, 0] -= out * mx
+                slopes[active, 1] -= out * my
+                slopes[active, 2] -= out * mz
+                active += 1
+        size = _shortest_in_hull(slopes, active, g)
+        if not size * reach > 1e-4:
+            break
+        better = False
+        for _ in range(7):
+            s = step / size
+            tx, ty, tz, on = x + s * g[0], y + s * g[1], z + s * g[2], sits
+            if sits >= 0:
+                tx, ty, tz, on, _gap = settle(corners, beyond, sits, tx, ty, tz)
+            new = _least_at(base, n, tx, ty, tz, low)
+            if new > low and not _hurts(base, n, tx, ty, tz):
+                better = True
+                break
+            step *= 0.45
+        if not better:
+            break
+        gain = new - low
+        x, y, z, sits = tx, ty, tz, on
+        low = np.inf
+        for i in range(n):
+            fits[i] = fit_at(base, i, x, y, z)[0]
+            low = min(low, fits[i])
+        if gain < 1e-4 * abs(low):
+            break
+        step *= 1.6
+    return x, y, z, low, sits
 
 
 @kernel
@@ -347,73 +422,24 @@ def raise_worst(
 
     least, seat, corners, beyond: as of `smooth`.
     """
-    base = np.empty((_LARGEST_STAR, 10))
-    fits = np.empty(_LARGEST_STAR)
-    slopes = np.empty((_LARGEST_STAR, 3))
+    base = np.empty((LARGEST_STAR, 10))
+    fits = np.empty(LARGEST_STAR)
+    slopes = np.empty((LARGEST_STAR, 3))
     g = np.empty(3)
     moved = 0
     for r in range(rows.size):
         p = rows[r]
-        if begin[p + 1] - begin[p] > _LARGEST_STAR:
+        if begin[p + 1] - begin[p] > LARGEST_STAR:
             continue
         n = _star_of(points, tets, begin, items, least, p, base)
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        reach = np.inf
+        started = np.inf
         for i in range(n):
-            for k in range(0, 9, 3):
-                dx, dy, dz = base[i, k] - x, base[i, k + 1] - y, base[i, k + 2] - z
-                reach = min(reach, dx * dx + dy * dy + dz * dz)
-        reach = math.sqrt(reach)
-        low = np.inf
-        for i in range(n):
-            fits[i] = _at(base, i, x, y, z)[0]
-            low = min(low, fits[i])
-        if not (low < below and reach > 0.0):
+            fits[i] = fit_at(base, i, x, y, z)[0]
+            started = min(started, fits[i])
+        if not started < below:
             continue
-        started = low
-        sits = seat[p]
-        mx = my = mz = 0.0
-        step = 0.2 * reach
-        h = 1e-5 * reach
-        for _ in range(_MOST_ASCENTS):
-            if sits >= 0:
-                mx, my, mz = normal_of(corners, sits)
-            active = 0
-            for i in range(n):
-                if fits[i] <= low + _ACTIVE * abs(low) + 1e-6:
-                    slopes[active, 0] = (_at(base, i, x + h, y, z)[0] - _at(base, i, x - h, y, z)[0]) / (2.0 * h)
-                    slopes[active, 1] = (_at(base, i, x, y + h, z)[0] - _at(base, i, x, y - h, z)[0]) / (2.0 * h)
-                    slopes[active, 2] = (_at(base, i, x, y, z + h)[0] - _at(base, i, x, y, z - h)[0]) / (2.0 * h)
-                    out = slopes[active, 0] * mx + slopes[active, 1] * my + slopes[active, 2] * mz
-                    slopes[active, 0] -= out * mx
-                    slopes[active, 1] -= out * my
-                    slopes[active, 2] -= out * mz
-                    active += 1
-            size = _shortest_in_hull(slopes, active, g)
-            if not size * reach > 1e-4:
-                break
-            better = False
-            for _ in range(7):
-                s = step / size
-                tx, ty, tz, on = x + s * g[0], y + s * g[1], z + s * g[2], sits
-                if sits >= 0:
-                    tx, ty, tz, on, _gap = settle(corners, beyond, sits, tx, ty, tz)
-                new = _least_at(base, n, tx, ty, tz, low)
-                if new > low and not _hurts(base, n, tx, ty, tz):
-                    better = True
-                    break
-                step *= 0.45
-            if not better:
-                break
-            gain = new - low
-            x, y, z, sits = tx, ty, tz, on
-            low = np.inf
-            for i in range(n):
-                fits[i] = _at(base, i, x, y, z)[0]
-                low = min(low, fits[i])
-            if gain < 1e-4 * abs(low):
-                break
-            step *= 1.6
+        x, y, z, low, sits = climb(base, n, x, y, z, fits, slopes, g, seat[p], corners, beyond)
         if low > started + _LEAST * abs(started):
             points[p, 0], points[p, 1], points[p, 2] = x, y, z
             seat[p] = sits

@@ -15,7 +15,7 @@ from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.tet_shape import both, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
-__all__ = ["swap"]
+__all__ = ["hurts", "outward", "swap"]
 
 _LARGEST_RING = 12
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], dtype=np.int64)
@@ -212,7 +212,7 @@ def swap(
             if not _allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
                 continue
             n = _build(a, b, ring, m, pick, new, stack)
-            if _hurts(points, new, n, least):
+            if hurts(points, new, n, least):
                 continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
                 for i in range(n):
@@ -231,7 +231,7 @@ def swap(
                 continue  # tried from the other side
             apex = tets[t, f]
             other = tets[u, o % 4]
-            x, y, z = _outward(tets, t, f)
+            x, y, z = outward(tets, t, f)
             old_fit = min(fit[t], fit[u])
             old_cost = price[t] + price[u]
             f1, c1 = both(points, apex, other, x, y)
@@ -249,7 +249,7 @@ def swap(
             new[0, 0], new[0, 1], new[0, 2], new[0, 3] = apex, other, x, y
             new[1, 0], new[1, 1], new[1, 2], new[1, 3] = apex, other, y, z
             new[2, 0], new[2, 1], new[2, 2], new[2, 3] = apex, other, z, x
-            if _hurts(points, new, 3, least):
+            if hurts(points, new, 3, least):
                 continue
             if replace_cavity(tets, across, old, 2, new, 3, free, rim, origin):
                 fit[old[0]], price[old[0]] = f1, c1
@@ -261,7 +261,7 @@ def swap(
 
 
 @inner
-def _hurts(points: Floats, new: Ints, n: int, least: Floats) -> bool:
+def hurts(points: Floats, new: Ints, n: int, least: Floats) -> bool:
     """Whether one of these tets is worse than a point of it may have."""
     for i in range(n):
         a, b, c, d = new[i, 0], new[i, 1], new[i, 2], new[i, 3]
@@ -271,7 +271,7 @@ def _hurts(points: Floats, new: Ints, n: int, least: Floats) -> bool:
 
 
 @inner
-def _outward(tets: Ints, t: int, f: int) -> tuple[int, int, int]:
+def outward(tets: Ints, t: int, f: int) -> tuple[int, int, int]:
     """The face opposite corner f, running so that its normal points away from that corner."""
     if f == 0:
         return tets[t, 1], tets[t, 2], tets[t, 3]

@@ -12,11 +12,12 @@ from meshwright.audit.mesh import Floats, Ints
 from meshwright.audit.parallel import in_parallel
 from meshwright.repair.quality import worst_around_points
 from meshwright.repair.sliding import Sheet
+from meshwright.repair.tet_nodes import contract, insert
 from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars, worst_at_points
 from meshwright.repair.tet_swaps import swap
 from meshwright.repair.tet_topology import neighbours, wall_points
 
-__all__ = ["TetTables", "improve_tets", "raise_worst_tets", "smooth_tets", "swap_tets"]
+__all__ = ["TetTables", "free_tets", "improve_tets", "raise_worst_tets", "smooth_tets", "swap_tets"]
 
 Mask = NDArray[np.bool_]
 Tell = Callable[[str, int, int], None]
@@ -28,6 +29,11 @@ allowed, the swaps come to rest in a poor local optimum: mean skewness 0.33 agai
 _WORST_ROUNDS = 12
 _GOOD = 0.16
 """Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
+_FREE_ROUNDS = 12
+_WORST_PART = 0.03
+"""Part of the tets, the worst, around which points are put in and taken away: Klingner's and Shewchuk's choice."""
+_NEAR = 1.08
+"""Tets whose fitness is within this factor of the smallest are raised with it."""
 _ROOM = 0.25
 _ROUNDING = 1e-12
 """A tet that is not touched may differ by so much from what the same formula gave before."""
@@ -41,7 +47,7 @@ class TetTables:
 
     seat (n,): triangle of `sheet` that a point keeps to, -1 for one that is free or held.
     least (n,): quality of the worst tet around each point at the start, see `quality.worst_around_points`; no tet at
-    the point may fall under that. The arrays are its own.
+    the point may fall under that. count (1,): points in use. The arrays are its own.
     """
 
     points: Floats
@@ -55,14 +61,17 @@ class TetTables:
     least: Floats
     seat: Ints
     sheet: Sheet
+    count: Ints
 
     @classmethod
     def of(
-        cls, points: Floats, tets: Ints, walls: Ints, held: Mask, slides: Mask | None = None, sheet: Sheet | None = None
-    ) -> TetTables:
+        cls, points: Floats, tets: Ints, walls: Ints, held: Mask, slides: Mask | None = None,
+        sheet: Sheet | None = None, room: float = 0.0,
+    ) -> TetTables:  # fmt: skip
         """Tables of the tets (m, 4); walls (k, 3): faces to leave alone; held (n,): points to leave alone.
 
-        slides (n,): of those, the ones that may move along `sheet`.
+        slides (n,): of those, the ones that may move along `sheet`. room: new points that there is room for, as a part
+        of the points.
         """
         m = len(tets)
         capacity = m + int(_ROOM * m) + 64
@@ -75,7 +84,9 @@ class TetTables:
         free[1 : capacity - m + 1] = np.arange(capacity - 1, m - 1, -1)
         origin = np.full(capacity, -1, np.int64)
         origin[:m] = np.arange(m)
-        own = np.array(points, dtype=np.float64)
+        n = len(points)
+        spare = int(room * n)
+        own = np.concatenate([np.array(points, dtype=np.float64), np.zeros((spare, 3))])
         tables = cls(
             own,
             table,
@@ -84,12 +95,13 @@ class TetTables:
             free,
             np.zeros(capacity),
             np.zeros(capacity),
-            np.array(held),
-            worst_around_points(table[:m], worst_at_points(own, table, len(points))) - _ROUNDING,
-            np.full(len(points), -1, np.int64),
+            np.concatenate([held, np.zeros(spare, np.bool_)]),
+            worst_around_points(table[:m], worst_at_points(own, table, n + spare)) - _ROUNDING,
+            np.full(n + spare, -1, np.int64),
             Sheet.empty() if sheet is None else sheet,
+            np.array([n]),
         )
-        tables.held |= wall_points(table, across, len(points))
+        tables.held |= wall_points(table, across, n + spare)
         if slides is not None and slides.any():
             rows = np.flatnonzero(slides)
             tables.seat[rows], _ = tables.sheet.seats(own[rows])
@@ -103,10 +115,10 @@ class TetTables:
         return np.flatnonzero(self.tets[:, 0] >= 0)
 
     def result(self) -> tuple[Floats, Ints, Ints]:
-        """(points, tets, origin of each), in the order of the origins."""
+        """(points, tets, origin of each), in the order of the origins; new points stand behind the old ones."""
         rows = self.living
         rows = rows[np.argsort(self.origin[rows], kind="stable")]
-        return self.points, self.tets[rows], self.origin[rows]
+        return self.points[: self.count[0]], self.tets[rows], self.origin[rows]
 
     @property
     def floor(self) -> float:
@@ -120,6 +132,24 @@ class TetTables:
             swap(
                 self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free,
                 self.least, below, by_fitness, floor, give,
+            )
+        )  # fmt: skip
+
+    def contract(self, below: float) -> int:
+        """Take inner points away at tets of fitness under `below`; see `tet_nodes.contract`."""
+        return int(
+            contract(
+                self.points, self.tets, self.across, self.origin, self.fit, self.cost, self.free,
+                self.least, self.held, below,
+            )
+        )  # fmt: skip
+
+    def insert(self, below: float) -> int:
+        """Put points in at tets of fitness under `below`; see `tet_nodes.insert`."""
+        return int(
+            insert(
+                self.points, self.count, self.tets, self.across, self.origin, self.fit, self.cost, self.free,
+                self.least, below,
             )
         )  # fmt: skip
 
@@ -198,4 +228,22 @@ def raise_worst_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]
         swaps, moves = swaps + made, moves + moved
         if not made + moved:
             break
+    return swaps, moves
+
+
+def free_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
+    """(swaps, moves): put points in and take them away around the worst tets, then swap and smooth what is new."""
+    swaps = moves = 0
+    for i in range(_FREE_ROUNDS):
+        tell("points in and out", i, _FREE_ROUNDS)
+        fits = tables.fit[tables.living]
+        below = max(_GOOD, float(np.quantile(fits, _WORST_PART)))
+        made = tables.contract(below) + tables.insert(below)
+        if not made:
+            break
+        worst = max(_GOOD, _NEAR * float(fits.min()))
+        swaps += made + tables.swap(worst, by_fitness=True)
+        moves += tables.move(1, below=worst)
+        swaps += tables.swap(np.inf, by_fitness=False)
+        moves += tables.move(2)
     return swaps, moves

@@ -40,6 +40,12 @@ __all__ = ["command"]
     help="Of tets: slide moves points inside flat parts of the boundary, project inside smooth ones, along the surface "
     "as it is. Edges of the geometry and borders of zones stay. Default: fixed.",
 )
+@click.option(
+    "--nodes",
+    type=click.Choice(("keep", "free")),
+    default="keep",
+    help="Of tets: free puts points in and takes inner ones away where tets are bad. Default: keep.",
+)
 @click.option("--dry-run", is_flag=True, help="Tell what would be done and write nothing.")
 @click.option(
     "--format", "output", type=click.Choice(("text", "json")), default="text", help="Of the receipt on stdout."

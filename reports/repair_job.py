@@ -41,6 +41,7 @@ class RepairJob:
     hold: tuple[str, ...] = ()
     tolerance: float | None = None
     boundary: str = "fixed"
+    nodes: str = "keep"
     dry_run: bool = False
     output: str = "text"
     journal: str | None = None
@@ -65,7 +66,7 @@ def run_repair(job: RepairJob) -> int:
         digest = fingerprint(where)
         done = repair(
             mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, boundary=job.boundary,
-            threads=job.threads, progress=tell,
+            nodes=job.nodes, threads=job.threads, progress=tell,
         )  # fmt: skip
         tell("measure", 0, 0)
         (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)

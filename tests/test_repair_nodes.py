@@ -1,0 +1,136 @@
+"""Points of tets that are put in and taken away."""
+
+import numpy as np
+import pytest
+from repair_meshes import in_two_zones, random_tets, solid, volume6
+from scipy.spatial import Delaunay
+
+from meshwright.audit.connectivity import faces
+from meshwright.audit.errors import UsageError
+from meshwright.audit.mesh import Mesh
+from meshwright.repair import repair
+from meshwright.repair.held import held_points
+from meshwright.repair.journal import changes
+from meshwright.repair.outcome import FREE, Options
+from meshwright.repair.tets import TetTables
+
+
+def delaunay(points):
+    tets = Delaunay(points).simplices
+    size = volume6(points, tets)
+    tets[size < 0] = tets[size < 0][:, [0, 2, 1, 3]]
+    return solid(points, tet=tets[np.abs(size) > 1e-12])
+
+
+def cube(inside):
+    """The unit cube with points on its sides, in a grid that is shaken within them, and these inside."""
+    grid = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    outside = grid[((grid == 0) | (grid == 1)).any(axis=1)]
+    on = (outside == 0) | (outside == 1)
+    outside = np.where(on, outside, outside + np.random.default_rng(2).uniform(-0.06, 0.06, outside.shape))
+    return delaunay(np.vstack([outside, inside]))
+
+
+def is_conforming(mesh):
+    """Whether the boundary faces are those of the cube and nothing else is open."""
+    sides = faces(mesh)
+    outer = sides.nodes.reshape(-1, 3)[sides.neighbour < 0]
+    at = mesh.points[outer]
+    return (((at == 0).all(axis=1)) | ((at == 1).all(axis=1))).any(axis=1).all()
+
+
+@pytest.fixture(scope="module")
+def both():
+    mesh = random_tets(400)
+    return mesh, repair(mesh), repair(mesh, nodes=FREE)
+
+
+def test_free_points_reach_a_better_worst_tet_than_kept_ones(both):
+    mesh, kept, free = both
+    assert len(kept.after.points) == len(mesh.points)
+    assert free.last.worst > kept.last.worst
+    assert free.last.quality.mean() > kept.last.quality.mean() - 0.01
+    assert not repair(free.after, nodes=FREE).changed
+
+
+def test_volume_boundary_and_conformity_are_kept(both):
+    mesh, _, free = both
+    done = free.after
+    assert is_conforming(done)
+    assert np.isclose(volume6(done.points, done.block("tet").nodes).sum(), 6.0, rtol=1e-12)
+    assert (volume6(done.points, done.block("tet").nodes) > 0).all()
+    used = np.unique(done.block("tet").nodes)
+    assert np.array_equal(used, np.arange(len(done.points))), "no point is left without a cell"
+    outside = mesh.points[((mesh.points == 0) | (mesh.points == 1)).any(axis=1)]
+    there = {tuple(p) for p in done.points.tolist()}
+    assert all(tuple(p) in there for p in outside.tolist())
+
+
+def test_every_point_put_in_or_taken_away_is_in_the_journal(both):
+    mesh, _, free = both
+    added = removed = 0
+    for step in free.steps:
+        if step.state == "kept":
+            told = changes(step)
+            added += len(told["added_points"])
+            removed += len(told["removed_points"])
+            assert np.array_equal(step.after.points[told["added_points"]], told["added_at"])
+    assert added > 0
+    assert len(free.after.points) == len(mesh.points) + added - removed
+
+
+def test_one_of_two_points_that_nearly_coincide_is_taken_away():
+    middle = np.array([[0.52, 0.47, 0.55], [0.5201, 0.4702, 0.5499]])
+    mesh = cube(np.vstack([middle, [[0.25, 0.25, 0.25], [0.75, 0.3, 0.6], [0.3, 0.7, 0.7], [0.7, 0.75, 0.3]]]))
+    tables = TetTables.of(mesh.points, mesh.block("tet").nodes, np.empty((0, 3)), held_points(mesh, Options()))
+    before = tables.floor
+    assert tables.contract(below=0.02) >= 1
+    points, tets, _ = tables.result()
+    assert tables.floor > before
+    assert len(np.intersect1d(tets, [len(points) - 6, len(points) - 5])) <= 1
+    assert np.isclose(volume6(points, tets).sum(), 6.0, rtol=1e-12)
+
+
+def test_a_cube_without_inner_points_gets_some():
+    mesh = cube(np.empty((0, 3)))
+    assert is_conforming(mesh)
+    done = repair(mesh, nodes=FREE)
+    assert len(done.after.points) > len(mesh.points)
+    assert done.last.worst > done.first.worst
+    assert done.last.quality.mean() > repair(mesh).last.quality.mean() + 0.02
+    assert is_conforming(done.after)
+
+
+def test_new_cells_are_in_the_zone_they_stand_in_and_its_border_stays():
+    mesh = in_two_zones(random_tets(300))
+    done = repair(mesh, nodes=FREE)
+
+    def volumes(m):
+        size = volume6(m.points, m.block("tet").nodes)
+        return [size[zone.members].sum() for zone in m.zones]
+
+    assert np.allclose(volumes(mesh), volumes(done.after), rtol=1e-12)
+
+
+def test_numbers_of_new_points_are_new():
+    mesh = random_tets(300)
+    ids = np.arange(len(mesh.points))[::-1] * 3 + 7
+    done = repair(Mesh(mesh.points, mesh.blocks, point_ids=ids), nodes=FREE)
+    found = done.after.point_ids
+    assert len(np.unique(found)) == len(found)
+    where = {int(i): tuple(p) for i, p in zip(ids, mesh.points, strict=True)}
+    outside = ((mesh.points == 0) | (mesh.points == 1)).any(axis=1)
+    for i in ids[outside].tolist():
+        assert tuple(done.after.points[np.flatnonzero(found == i)[0]]) == where[i]
+
+
+def test_the_result_is_the_same_on_one_thread_and_two():
+    mesh = random_tets(300)
+    one, two = repair(mesh, nodes=FREE, threads=1), repair(mesh, nodes=FREE, threads=2)
+    assert np.array_equal(one.after.points, two.after.points)
+    assert np.array_equal(one.after.block("tet").nodes, two.after.block("tet").nodes)
+
+
+def test_an_unknown_choice_is_refused():
+    with pytest.raises(UsageError, match="unknown choice of nodes"):
+        repair(random_tets(20), nodes="many")

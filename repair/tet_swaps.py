@@ -1,9 +1,10 @@
-"""Swaps of a tet mesh: face removal 2-3 and general edge removal (3-2, 4-4 and every larger ring).
+"""Swaps of a tet mesh: removal of faces (2-3 and larger ones) and of edges (3-2, 4-4 and every larger ring).
 
 An edge with a closed ring of m tets is replaced by the best triangulation of the ring, found by dynamic programming
 (Klincsek, Annals of Discrete Math. 9, 1980; for tets Shewchuk, "Two discrete optimization algorithms for the
-topological improvement of tetrahedral meshes", 2002). A swap is made where it lowers the cost summed over the tets it
-touches and does not lower their smallest fitness, or where it raises the smallest fitness.
+topological improvement of tetrahedral meshes", 2002). The faces that lie between two points are replaced by the edge
+between these, which is the inverse. A swap is made where it lowers the cost summed over the tets it touches and does
+not lower their smallest fitness, or where it raises the smallest fitness.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from meshwright.repair.tet_topology import replace_cavity
 __all__ = ["hurts", "outward", "swap"]
 
 _LARGEST_RING = 12
+_MOST_FACES = 8
+"""Faces that one swap removes at most."""
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], dtype=np.int64)
 _LEAST = 1e-6
 """Relative gain below which a swap is not worth making: it keeps rounding from swapping to and fro."""
@@ -171,6 +174,89 @@ def _allowed(
     return total < old_cost * (1.0 + give) and fit >= min(old_fit, floor)
 
 
+@inner
+def _corner(tets: Ints, t: int, p: int) -> int:
+    """Which corner of tet t the point p is."""
+    for k in range(3):
+        if tets[t, k] == p:
+            return k
+    return 3
+
+
+@inner
+def _next_face(tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: int) -> tuple[int, int, int]:
+    """(tet of a, tet of b, third point) of the face beyond the edge p-q that has a on one side and b on the other.
+
+    top: the tet of a on this side of the edge. The point is -1 where there is no such face.
+    """
+    for k in range(4):
+        v = tets[top, k]
+        if v not in (a, p, q):
+            o = across[top, k]
+            if o < 0:
+                return -1, -1, -1
+            t = o // 4
+            low = across[t, _corner(tets, t, a)]
+            if low < 0 or tets[low // 4, low % 4] != b:
+                return -1, -1, -1
+            return t, low // 4, tets[t, o % 4]
+    return -1, -1, -1
+
+
+@inner
+def _remove_faces(
+    points: Floats, tets: Ints, across: Ints, fit: Floats, price: Floats, t: int, f: int,
+    by_fitness: bool, floor: float, give: float, old: Ints, new: Ints, polygon: Ints, tops: Ints,
+) -> tuple[int, int]:  # fmt: skip
+    """(tets to remove, tets to make) of the best removal of faces around face f of tet t; (0, 0) where none is allowed.
+
+    The two apexes a, b of the face get an edge, through it and through as many of the faces that lie between the same
+    two as pays: those are grown one by one, beyond the edge of the polygon whose new tet is the worst. One face alone
+    is the swap 2-3. For the cost it is the only one tried: larger ones leave fewer tets, which the sum takes for a
+    gain, and the mean quality falls (skewness of random tets 0.32 against 0.27). old, new: as of `replace_cavity`.
+    polygon, tops: corners of the grown polygon, and for the edge that begins at each the tet of a inside it.
+    """
+    o = across[t, f]
+    a, b = tets[t, f], tets[o // 4, o % 4]
+    polygon[0], polygon[1], polygon[2] = outward(tets, t, f)
+    tops[0], tops[1], tops[2] = t, t, t
+    old[0], old[1] = t, o // 4
+    old_fit, old_cost = min(fit[t], fit[o // 4]), price[t] + price[o // 4]
+    m, corners, best, best_m = 2, 3, 0.0, 0
+    while True:
+        low, total, worst = np.inf, 0.0, 0
+        for i in range(corners):
+            fi, ci = both(points, a, b, polygon[i], polygon[(i + 1) % corners])
+            total += ci
+            if fi < low:
+                low, worst = fi, i
+        if _allowed(old_fit, old_cost, low, total, by_fitness, floor, give):
+            gain = low / old_fit if by_fitness else old_cost - total
+            if best_m == 0 or gain > best:
+                best, best_m = gain, m
+                for i in range(corners):
+                    new[i, 0], new[i, 1], new[i, 2], new[i, 3] = a, b, polygon[i], polygon[(i + 1) % corners]
+        if m >= 2 * _MOST_FACES or not by_fitness:
+            break
+        above, under, w = _next_face(tets, across, tops[worst], a, b, polygon[worst], polygon[(worst + 1) % corners])
+        if w < 0:
+            break
+        for i in range(corners):
+            if polygon[i] == w:
+                w = -1
+        if w < 0:
+            break  # a point would be closed in
+        for i in range(corners, worst + 1, -1):
+            polygon[i], tops[i] = polygon[i - 1], tops[i - 1]
+        polygon[worst + 1] = w
+        tops[worst] = tops[worst + 1] = above
+        old[m], old[m + 1] = above, under
+        old_fit = min(old_fit, fit[above], fit[under])
+        old_cost += price[above] + price[under]
+        m, corners = m + 2, corners + 1
+    return best_m, best_m // 2 + 2 if best_m else 0
+
+
 @kernel
 def swap(
     points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
@@ -190,6 +276,8 @@ def swap(
     low = np.empty((_LARGEST_RING, _LARGEST_RING))
     pick = np.empty((_LARGEST_RING, _LARGEST_RING), np.int64)
     stack = np.empty((64, 2), np.int64)
+    polygon = np.empty(_MOST_FACES + 2, np.int64)
+    tops = np.empty(_MOST_FACES + 2, np.int64)
     made = 0
     for t in range(tets.shape[0]):
         if tets[t, 0] < 0 or fit[t] >= below:
@@ -229,32 +317,14 @@ def swap(
             u = o // 4
             if not by_fitness and fit[u] < below and u < t:
                 continue  # tried from the other side
-            apex = tets[t, f]
-            other = tets[u, o % 4]
-            x, y, z = outward(tets, t, f)
-            old_fit = min(fit[t], fit[u])
-            old_cost = price[t] + price[u]
-            f1, c1 = both(points, apex, other, x, y)
-            if f1 <= 0.0:
+            m, n = _remove_faces(
+                points, tets, across, fit, price, t, f, by_fitness, floor, give, old, new, polygon, tops
+            )
+            if n == 0 or hurts(points, new, n, least):
                 continue
-            f2, c2 = both(points, apex, other, y, z)
-            if f2 <= 0.0:
-                continue
-            f3, c3 = both(points, apex, other, z, x)
-            if f3 <= 0.0:
-                continue
-            if not _allowed(old_fit, old_cost, min(f1, f2, f3), c1 + c2 + c3, by_fitness, floor, give):
-                continue
-            old[0], old[1] = t, u
-            new[0, 0], new[0, 1], new[0, 2], new[0, 3] = apex, other, x, y
-            new[1, 0], new[1, 1], new[1, 2], new[1, 3] = apex, other, y, z
-            new[2, 0], new[2, 1], new[2, 2], new[2, 3] = apex, other, z, x
-            if hurts(points, new, 3, least):
-                continue
-            if replace_cavity(tets, across, old, 2, new, 3, free, rim, origin):
-                fit[old[0]], price[old[0]] = f1, c1
-                fit[old[1]], price[old[1]] = f2, c2
-                fit[old[2]], price[old[2]] = f3, c3
+            if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
+                for i in range(n):
+                    fit[old[i]], price[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
                 made += 1
                 break
     return made

@@ -131,6 +131,27 @@ def test_the_result_is_the_same_on_one_thread_and_two():
     assert np.array_equal(one.after.block("tet").nodes, two.after.block("tet").nodes)
 
 
+@pytest.mark.parametrize("corners", [3, 4, 5, 6, 7])
+def test_the_faces_between_two_points_give_way_to_the_edge_between_them(corners):
+    """A flat double pyramid is cut by its polygon; the best it can be is cut around its axis."""
+    angle = 2 * np.pi * np.arange(corners) / corners
+    ring = np.c_[np.cos(angle), np.sin(angle), 0 * angle]
+    points = np.vstack([ring, [[0, 0, 0.4]], [[0, 0, -0.4]]])
+    top, bottom = corners, corners + 1
+    fan = [(0, i, i + 1) for i in range(1, corners - 1)]
+    tets = np.array([(a, b, c, top) for a, b, c in fan] + [(a, c, b, bottom) for a, b, c in fan])
+    assert (volume6(points, tets) > 0).all()
+    tables = TetTables.of(points, tets, np.empty((0, 3)), np.ones(len(points), bool))
+    before = tables.floor
+    while tables.swap(np.inf, by_fitness=True):
+        pass
+    _, found, _ = tables.result()
+    assert tables.floor > before
+    assert len(found) == corners, "all of them stand around the axis"
+    assert ((found == top).any(axis=1) & (found == bottom).any(axis=1)).all()
+    assert np.isclose(volume6(points, found).sum(), volume6(points, tets).sum(), rtol=1e-14)
+
+
 def test_an_unknown_choice_is_refused():
     with pytest.raises(UsageError, match="unknown choice of nodes"):
         repair(random_tets(20), nodes="many")

@@ -10,7 +10,7 @@ import numpy as np
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
 
-__all__ = ["assignable", "padded", "with_cells", "with_more_points", "with_points", "without_points"]
+__all__ = ["assignable", "padded", "with_boundary", "with_cells", "with_more_points", "with_points", "without_points"]
 
 
 def assignable(mesh: Mesh) -> None:
@@ -31,20 +31,7 @@ def with_cells(mesh: Mesh, cells: Mapping[str, tuple[Ints, Ints]]) -> tuple[Mesh
     parent. A cell that is the only one of its parent keeps its number, the others get new ones.
     """
     assignable(mesh)
-    kept = {block.type: (block.nodes, block.rows) for block in mesh.blocks}
-    kept.update(cells)
-    kept = {name: pair for name, pair in kept.items() if len(pair[1])}
-    parents = np.concatenate([np.asarray(rows, dtype=np.int64) for _, rows in kept.values()])
-    order = np.argsort(parents, kind="stable")
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    blocks, at = [], 0
-    for name, (nodes, rows) in kept.items():
-        here = place[at : at + len(rows)]
-        at += len(rows)
-        inside = np.argsort(here, kind="stable")
-        blocks.append(CellBlock(name, here[inside], np.asarray(nodes)[inside]))
-    cells_from = parents[order]
+    blocks, cells_from = _rewired(mesh.blocks, cells)
     zones = tuple(
         _of_children(zone, cells_from, mesh.n_cells) if zone.entity == "cell" else zone for zone in mesh.zones
     )
@@ -53,7 +40,34 @@ def with_cells(mesh: Mesh, cells: Mapping[str, tuple[Ints, Ints]]) -> tuple[Mesh
         ids = mesh.cell_ids[cells_from].astype(np.int64)
         again = np.flatnonzero(np.r_[False, cells_from[1:] == cells_from[:-1]])
         ids[again] = int(mesh.cell_ids.max()) + 1 + np.arange(len(again))
-    return replace(mesh, blocks=tuple(blocks), zones=zones, cell_ids=ids), cells_from
+    return replace(mesh, blocks=blocks, zones=zones, cell_ids=ids), cells_from
+
+
+def with_boundary(mesh: Mesh, elements: Mapping[str, tuple[Ints, Ints]]) -> Mesh:
+    """The mesh with its boundary elements of each type replaced, as by `with_cells`; their own numbers are dropped."""
+    blocks, origin = _rewired(mesh.boundary, elements)
+    zones = tuple(_of_children(zone, origin, mesh.n_boundary) if zone.entity == "face" else zone for zone in mesh.zones)
+    return replace(mesh, boundary=blocks, boundary_ids=None, zones=zones)
+
+
+def _rewired(
+    blocks: tuple[CellBlock, ...], cells: Mapping[str, tuple[Ints, Ints]]
+) -> tuple[tuple[CellBlock, ...], Ints]:
+    """(blocks, row that each of their cells descends from), in the order of these rows; see `with_cells`."""
+    kept = {block.type: (block.nodes, block.rows) for block in blocks}
+    kept.update(cells)
+    kept = {name: pair for name, pair in kept.items() if len(pair[1])}
+    parents = np.concatenate([np.asarray(rows, dtype=np.int64) for _, rows in kept.values()] or [np.empty(0, np.int64)])
+    order = np.argsort(parents, kind="stable")
+    place = np.empty(len(order), np.int64)
+    place[order] = np.arange(len(order))
+    out, at = [], 0
+    for name, (nodes, rows) in kept.items():
+        here = place[at : at + len(rows)]
+        at += len(rows)
+        inside = np.argsort(here, kind="stable")
+        out.append(CellBlock(name, here[inside], np.asarray(nodes)[inside]))
+    return tuple(out), parents[order]
 
 
 def _of_children(zone: Zone, cells_from: Ints, n_before: int) -> Zone:

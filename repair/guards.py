@@ -9,7 +9,7 @@ from meshwright.repair.carrying import padded
 from meshwright.repair.held import held_points, sliding
 from meshwright.repair.outcome import Options, Outcome, Pass
 from meshwright.repair.quality import Standing, worst_around_points, worst_at_points
-from meshwright.repair.sizes import signed_sizes
+from meshwright.repair.sizes import signed_sizes, warp
 from meshwright.repair.sliding import FIXED, PROJECT, SLIDE
 
 __all__ = ["broken"]
@@ -45,7 +45,8 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
         return "a point of the boundary would leave it"
     if not row.nothing_worse:
         return ""
-    fault = _volume_change(mesh, new, _VOLUMES[options.boundary])
+    bent = warp(mesh) if row.nothing_worse == "nowhere" else 0.0
+    fault = _volume_change(mesh, new, _VOLUMES[options.boundary], bent)
     if fault or row.nothing_worse == "nowhere":
         return fault
     if row.nothing_worse == "in regions":
@@ -53,8 +54,10 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     return _worse_around_points(mesh, outcome, before, after)
 
 
-def _volume_change(mesh: Mesh, new: Mesh, allowed: float) -> str:
+def _volume_change(mesh: Mesh, new: Mesh, part: float, bent: float) -> str:
     """In words, "" where the signed volume (area in the plane) is the same: inner points cannot change it.
+
+    part, bent: of it, and in all, that may change; the latter where quads of the boundary that are not flat are cut.
 
     A curved surface has neither; what swaps do to it is limited by the angle by which they may turn a normal.
     """
@@ -62,7 +65,7 @@ def _volume_change(mesh: Mesh, new: Mesh, allowed: float) -> str:
         return ""
     one, two = (float(np.sum(signed_sizes(m))) for m in (mesh, new))
     scale = max(float(np.sum(np.abs(signed_sizes(new)))), abs(one))
-    if abs(two - one) > allowed * scale:
+    if abs(two - one) > part * scale + bent:
         return f"the volume would change from {one:.17g} to {two:.17g}"
     return ""
 

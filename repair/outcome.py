@@ -43,6 +43,8 @@ class Options:
     """What the user may choose.
 
     hold: globs of zones whose points stay. tolerance: distance within which `weld` joins points, None for its default.
+    refine: globs of zones of cells that `refine` and its kin work on, none for all. max_edge: length that no edge of
+    theirs keeps, None for none.
     boundary: "fixed", "slide" or "project", see `sliding`; sheet: the boundary as given, along which points slide.
     nodes: "keep", or "free" where passes on tets may put points in and take inner ones away.
     tell: is told (stage, done, of) and may raise to cancel.
@@ -53,6 +55,8 @@ class Options:
     boundary: str = FIXED
     sheet: Sheet = field(default_factory=Sheet.empty, compare=False)
     nodes: str = KEEP
+    refine: tuple[str, ...] = ()
+    max_edge: float | None = None
     tell: Tell = field(default=_silent, compare=False)
 
 
@@ -66,7 +70,8 @@ class Pass:
     that the worst cell is no worse, and the volume kept: "around points" (see `quality.worst_around_points`), "in
     regions" of changed cells that hang together, for passes that move everything at once; "nowhere", where the volume
     must be kept and no more, for passes that cut cells; "" for passes that put the list of cells in order. explicit:
-    runs only where it is asked for by name. cautious: a second, smaller proposal for where the first is rolled back.
+    runs only where it is asked for by name. once: runs once in a repair, since its own outcome is work for it again.
+    cautious: a second, smaller proposal for where the first is rolled back.
     """
 
     name: str
@@ -75,4 +80,5 @@ class Pass:
     repeats: bool = False
     nothing_worse: str = "around points"
     explicit: bool = False
+    once: bool = False
     cautious: Callable[[Mesh, Options], Outcome] | None = None

@@ -6,6 +6,8 @@ from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
+from meshwright.repair.refine import bisect, insert_centroids, refine
+from meshwright.repair.split import linearise, split_in_five, split_to_tets
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
 from meshwright.repair.triangles import triangles
@@ -32,6 +34,45 @@ PASSES = {
         Pass("orient", "reverse cells that look inside out, as their neighbours tell", orient, nothing_worse=""),
         Pass("fill-holes", "close small holes in a surface", fill_holes, nothing_worse="", explicit=True),
         Pass("drop-unused", "drop points of no cell", drop_unused, nothing_worse="", explicit=True),
+        Pass("linearise", "second-order cells to first order", linearise, nothing_worse="", explicit=True),
+        Pass(
+            "split-to-tets",
+            "cut hexes, wedges and pyramids into tets, quads into triangles",
+            split_to_tets,
+            nothing_worse="nowhere",
+            explicit=True,
+        ),
+        Pass(
+            "split-in-five",
+            "cut hexes into five tets each",
+            split_in_five,
+            nothing_worse="nowhere",
+            explicit=True,
+        ),
+        Pass(
+            "refine",
+            "cut cells at the middle of their edges: 1:4 in the plane, 1:8 in space",
+            refine,
+            nothing_worse="nowhere",
+            explicit=True,
+            once=True,
+        ),
+        Pass(
+            "bisect",
+            "cut triangles and tets at their longest edges, down to --max-edge",
+            bisect,
+            nothing_worse="nowhere",
+            explicit=True,
+            once=True,
+        ),
+        Pass(
+            "insert-centroids",
+            "cut triangles and tets 1:3 and 1:4 at their middle; this lowers the quality",
+            insert_centroids,
+            nothing_worse="nowhere",
+            explicit=True,
+            once=True,
+        ),
         Pass(
             "untangle",
             "move inner points near inverted cells until there are none",

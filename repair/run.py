@@ -124,6 +124,8 @@ def repair(
     tolerance: float | None = None,
     boundary: str = FIXED,
     nodes: str = KEEP,
+    refine: tuple[str, ...] = (),
+    max_edge: float | None = None,
     threads: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Repair:
@@ -134,7 +136,8 @@ def repair(
     hold: globs of zones whose points stay; borders of zones always stay. boundary: "fixed"; "slide", where points of
     tets inside flat parts of it may move there; "project", where those of smooth parts may move along the surface as it
     was given; edges of the geometry always stay. nodes: "keep", or "free", where points of tets may be put in and inner
-    ones taken away. tolerance: of `weld`.
+    ones taken away. tolerance: of `weld`. refine, max_edge: globs of zones, and the longest edge that is left there, of
+    the passes that refine.
     threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
     Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
     """
@@ -145,7 +148,7 @@ def repair(
         raise UsageError(f"unknown boundary {boundary[:60]!r}; known are {', '.join(MODES)}")
     if nodes not in (KEEP, FREE):
         raise UsageError(f"unknown choice of nodes {nodes[:60]!r}; known are {KEEP}, {FREE}")
-    options = Options(hold, tolerance, boundary, nodes=nodes)
+    options = Options(hold, tolerance, boundary, nodes=nodes, refine=refine, max_edge=max_edge)
     if progress is not None:
         options = replace(options, tell=progress)
     if mesh.n_nonfinite:
@@ -217,7 +220,7 @@ class _Driver:
 
     def _turns(self, row: Pass, aim: Aim | None) -> int:
         """Run a pass until it keeps nothing more; how often it was kept."""
-        if self.spent.get(row.name) is self.current:
+        if self.spent.get(row.name) is self.current or (row.once and row.name in self.spent):
             return 0  # it had its turn on this very mesh
         for turn in range(_MOST_REPEATS if row.repeats else 1):
             if turn and self._reached(aim):

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.connectivity import faces
 from meshwright.audit.geometry import cell_geometry
-from meshwright.audit.mesh import Floats, Mesh
+from meshwright.audit.mesh import NO_CELL, Floats, Mesh
 
-__all__ = ["signed_sizes"]
+__all__ = ["signed_sizes", "warp"]
 
 
 def signed_sizes(mesh: Mesh) -> Floats:
@@ -31,3 +32,14 @@ def signed_sizes(mesh: Mesh) -> Floats:
             fan = np.cross(u, v)
             out[block.rows] += 0.5 * fan[:, 2] if flat else np.einsum("ij,ij->i", x[:, 0], fan) / 6.0
     return np.nan_to_num(out)
+
+
+def warp(mesh: Mesh) -> float:
+    """The volume that the boundary's quads do not decide: between the two diagonals along which each can be bent."""
+    if mesh.cell_dimension != 3:
+        return 0.0
+    sides = faces(mesh)
+    rows = np.flatnonzero((sides.neighbour == NO_CELL) & (np.diff(sides.offsets) == 4))
+    x = mesh.points[sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(4)]]
+    u, v, w = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], x[:, 3] - x[:, 0]
+    return float(np.abs(np.einsum("ij,ij->i", np.cross(u, v), w)).sum()) / 6.0

@@ -46,6 +46,12 @@ __all__ = ["command"]
     default="keep",
     help="Of tets: free puts points in and takes inner ones away where tets are bad. Default: keep.",
 )
+@click.option(
+    "--refine", multiple=True, metavar="GLOB", help="Zones of cells to be refined; may be repeated. Default: all."
+)
+@click.option(
+    "--max-edge", type=click.FloatRange(0, min_open=True), metavar="LENGTH", help="Refine until no edge is longer."
+)
 @click.option("--dry-run", is_flag=True, help="Tell what would be done and write nothing.")
 @click.option(
     "--format", "output", type=click.Choice(("text", "json")), default="text", help="Of the receipt on stdout."

@@ -42,6 +42,8 @@ class RepairJob:
     tolerance: float | None = None
     boundary: str = "fixed"
     nodes: str = "keep"
+    refine: tuple[str, ...] = ()
+    max_edge: float | None = None
     dry_run: bool = False
     output: str = "text"
     journal: str | None = None
@@ -66,7 +68,7 @@ def run_repair(job: RepairJob) -> int:
         digest = fingerprint(where)
         done = repair(
             mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, boundary=job.boundary,
-            nodes=job.nodes, threads=job.threads, progress=tell,
+            nodes=job.nodes, refine=job.refine, max_edge=job.max_edge, threads=job.threads, progress=tell,
         )  # fmt: skip
         tell("measure", 0, 0)
         (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from meshwright.audit.mesh import CellBlock, Mesh, Zone
+from meshwright.audit.connectivity import faces
+from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh, Zone
 
 blocks = runpy.run_path(str(Path(__file__).parent.parent / "benchmarks" / "meshes.py"))
 
@@ -141,3 +142,16 @@ def soup(seed=4):
     return Mesh(
         loose.reshape(-1, 3), (CellBlock("tri", np.arange(len(loose)), np.arange(3 * len(loose)).reshape(-1, 3)),)
     )
+
+
+def bounded(mesh):
+    """The mesh with its outside listed as elements, in two zones."""
+    found = faces(mesh)
+    rows = np.flatnonzero(found.neighbour == NO_CELL)
+    width = int(np.diff(found.offsets)[rows[0]])
+    nodes = found.nodes[found.offsets[rows].astype(np.int64)[:, None] + np.arange(width)]
+    name = {2: "line", 3: "tri", 4: "quad"}[width]
+    half = len(rows) // 2
+    zones = (Zone("inlet", "g", "", "face", np.arange(half)), Zone("wall", "g", "", "face", np.arange(half, len(rows))))
+    return Mesh(mesh.points, mesh.blocks, boundary=(CellBlock(name, np.arange(len(rows)), nodes),), zones=zones,
+                dimension=mesh.dimension)  # fmt: skip

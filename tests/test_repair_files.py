@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from lxml import html
-from repair_meshes import box, hybrid_layers, random_tets, solid, square, with_reversed
+from repair_meshes import bounded, box, hybrid_layers, random_tets, solid, square, with_reversed
 
 from meshwright.audit import read
-from meshwright.audit.connectivity import faces
 from meshwright.audit.errors import UsageError
-from meshwright.audit.mesh import NO_CELL, CellBlock, Mesh, Zone
+from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.repair import repair, write
 from meshwright.repair.writers import WRITERS
 from meshwright.reports.cli import cli
@@ -205,19 +204,6 @@ def test_every_pass_is_listed_with_what_it_does():
     result = run("--list-passes")
     assert result.exit_code == 0
     assert all(name in result.stdout for name in ("orient", "untangle", "improve", "weld"))
-
-
-def bounded(mesh):
-    """The mesh with its outside listed as elements, in two zones."""
-    found = faces(mesh)
-    rows = np.flatnonzero(found.neighbour == NO_CELL)
-    width = int(np.diff(found.offsets)[rows[0]])
-    nodes = found.nodes[found.offsets[rows].astype(np.int64)[:, None] + np.arange(width)]
-    name = {2: "line", 3: "tri", 4: "quad"}[width]
-    half = len(rows) // 2
-    zones = (Zone("inlet", "g", "", "face", np.arange(half)), Zone("wall", "g", "", "face", np.arange(half, len(rows))))
-    return Mesh(mesh.points, mesh.blocks, boundary=(CellBlock(name, np.arange(len(rows)), nodes),), zones=zones,
-                dimension=mesh.dimension)  # fmt: skip
 
 
 VOLUMES = {

@@ -59,7 +59,7 @@ $(VENV)/.runtime: $(SOURCES)
 
 $(VENV)/.dev: $(SOURCES)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[dev,oracles]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[dev,oracles,surfaces]'
 	touch $@
 
 clean:

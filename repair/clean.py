@@ -15,7 +15,7 @@ from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.carrying import assignable, with_cells, without_points
 from meshwright.repair.outcome import Options, Outcome
 
-__all__ = ["drop_degenerate", "drop_duplicates", "drop_unused", "weld"]
+__all__ = ["clusters_within", "drop_degenerate", "drop_duplicates", "drop_unused", "weld"]
 
 _DEFAULT = 1e-6
 """Part of the shortest edge within which points are welded when no tolerance is given."""
@@ -43,7 +43,7 @@ def weld(mesh: Mesh, options: Options) -> Outcome:
             f"a tolerance of {tolerance:.3g} is too large: it must stay under {_MOST:g} of the shortest edge left, "
             f"{float(longer.min()):.3g}"
         )
-    cluster = _clusters(mesh.points, tolerance)
+    cluster = clusters_within(mesh.points, tolerance)
     n = len(mesh.points)
     first = np.full(int(cluster.max()) + 1, n, np.int64)
     np.minimum.at(first, cluster, np.arange(n))
@@ -66,7 +66,7 @@ def _edge_lengths(mesh: Mesh) -> Floats:
     return np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
 
 
-def _clusters(points: Floats, tolerance: float) -> Ints:
+def clusters_within(points: Floats, tolerance: float) -> Ints:
     """(n,) cluster of each point: chains of neighbours, but a chain wider than two tolerances is not joined."""
     pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     n = len(points)

@@ -54,6 +54,7 @@ def receipt(done: Repair, source: str, target: str | None) -> dict[str, Any]:
         "limits": list(done.limits),
         "notes": list(done.notes),
         "boundary": None if done.along is None else asdict(done.along),
+        "surface": None if done.apart is None else {"hausdorff": done.apart.hausdorff, **asdict(done.apart)},
         "target": None if done.aim is None else done.aim.as_json(),
     }
 

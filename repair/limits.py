@@ -1,4 +1,4 @@
-"""What no repair that keeps the boundary can pass: the angles of the boundary's own faces."""
+"""What a repair leaves and why: the angles of boundary faces that stay, sides of a surface that are open."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from meshwright.audit.measurement import measure
-from meshwright.audit.mesh import Mesh
+from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import workers
 from meshwright.audit.surface import boundary_mesh
+from meshwright.repair.surface import sides_of, triangles_of
 
 __all__ = ["limits"]
 
@@ -22,8 +23,13 @@ _FINE = 0.5
 def limits(mesh: Mesh) -> tuple[str, ...]:
     """Sentences on figures of the mesh that its boundary alone decides, with where; none where inner cells do.
 
+    Of a shell of triangles: how many sides keep it from being watertight.
+
     A cell's equiangle skew is that of its worst face, so that no cell on a fixed face can be better than the face.
     """
+    tris = triangles_of(mesh)
+    if tris is not None:
+        return _open_places(mesh, tris)
     if mesh.cell_dimension != 3 or mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
         return ()
     cells = measure(mesh, [_SKEW], threads=workers()).values[_SKEW]
@@ -42,3 +48,17 @@ def limits(mesh: Mesh) -> tuple[str, ...]:
         f"the worst equiangle skew cannot fall under {skew:.3g} while the boundary stays: "
         f"that is the skew of the boundary face at ({x:.5g}, {y:.5g}, {z:.5g})",
     )
+
+
+def _open_places(mesh: Mesh, tris: Ints) -> tuple[str, ...]:
+    use = sides_of(tris)
+    out = []
+    for many, words in (
+        (use == 1, "no other triangle: the surface is open"),
+        (use > 2, "more than one other triangle"),
+    ):
+        if many.any():
+            t, k = (int(i[0]) for i in np.nonzero(many))
+            x, y, z = mesh.points[[tris[t, k], tris[t, (k + 1) % 3]]].mean(axis=0)
+            out.append(f"{int(many.sum()):,} sides of triangles have {words}, one at ({x:.5g}, {y:.5g}, {z:.5g})")
+    return tuple(out)

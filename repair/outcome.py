@@ -44,7 +44,8 @@ class Options:
 
     hold: globs of zones whose points stay. tolerance: distance within which `weld` joins points, None for its default.
     refine: globs of zones of cells that `refine` and its kin work on, none for all. max_edge: length that no edge of
-    theirs keeps, None for none.
+    theirs keeps, None for none. max_hole: edges of the largest hole that `fill-holes` closes, where that is more than
+    its own limit.
     boundary: "fixed", "slide" or "project", see `sliding`; sheet: the boundary as given, along which points slide.
     nodes: "keep", or "free" where passes on tets may put points in and take inner ones away.
     tell: is told (stage, done, of) and may raise to cancel.
@@ -57,6 +58,7 @@ class Options:
     nodes: str = KEEP
     refine: tuple[str, ...] = ()
     max_edge: float | None = None
+    max_hole: int = 0
     tell: Tell = field(default=_silent, compare=False)
 
 

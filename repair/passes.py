@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
+from meshwright.repair.engines import pymeshlab_repair, trimesh_repair
+from meshwright.repair.intersections import untie
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
 from meshwright.repair.refine import bisect, insert_centroids, refine
 from meshwright.repair.split import linearise, split_in_five, split_to_tets
+from meshwright.repair.stitch import stitch
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
 from meshwright.repair.triangles import triangles
@@ -27,12 +30,22 @@ PASSES = {
             explicit=True,
         ),
         Pass("drop-duplicates", "drop second copies of cells", drop_duplicates, nothing_worse="", explicit=True),
+        Pass(
+            "stitch",
+            "join the free sides of parts that lie against each other",
+            stitch,
+            nothing_worse="",
+            explicit=True,
+        ),
         Pass("drop-flat", "drop triangles without height", drop_flat, nothing_worse="", explicit=True),
         Pass("split-junctions", "split triangles at T-junctions", split_junctions, nothing_worse="", explicit=True),
         Pass("drop-fins", "drop triangles that stand on an edge of three", drop_fins, nothing_worse="", explicit=True),
         Pass("drop-specks", "drop parts of less than 1 % of the area", drop_specks, nothing_worse="", explicit=True),
         Pass("orient", "reverse cells that look inside out, as their neighbours tell", orient, nothing_worse=""),
         Pass("fill-holes", "close small holes in a surface", fill_holes, nothing_worse="", explicit=True),
+        Pass("untie", "cut out triangles that cross, and close the holes", untie, nothing_worse="", explicit=True),
+        Pass("trimesh-repair", "trimesh's repair of a surface", trimesh_repair, nothing_worse="", explicit=True),
+        Pass("pymeshlab-repair", "MeshLab's repair of a surface", pymeshlab_repair, nothing_worse="", explicit=True),
         Pass("drop-unused", "drop points of no cell", drop_unused, nothing_worse="", explicit=True),
         Pass("linearise", "second-order cells to first order", linearise, nothing_worse="", explicit=True),
         Pass(
@@ -100,7 +113,7 @@ GROUPS = {
     "clean": ("weld", "drop-degenerate", "drop-duplicates", "drop-unused"),
     "surface": (
         "weld", "drop-degenerate", "drop-duplicates", "drop-flat", "split-junctions", "drop-fins", "drop-specks",
-        "orient", "fill-holes", "drop-unused",
+        "orient", "fill-holes", "untie", "drop-unused",
     ),
 }  # fmt: skip
 """Names that stand for several passes: `surface` makes one closed surface out of the loose triangles of an STL file."""

@@ -15,6 +15,7 @@ from meshwright.audit.parallel import limited_to
 from meshwright.audit.profiles.model import Profile
 from meshwright.repair.cell_form import in_cell_form
 from meshwright.repair.guards import broken
+from meshwright.repair.hausdorff import Apart, surface_of, surfaces_apart
 from meshwright.repair.limits import limits
 from meshwright.repair.outcome import FREE, KEEP, Options, Outcome, Pass
 from meshwright.repair.passes import PASSES, select_passes
@@ -60,13 +61,11 @@ class Step:
 class Along:
     """What became of a boundary whose points could slide.
 
-    mode: "slide" or "project". moved: points of it that moved. off: how far at most from the surface as it was given,
-    at points and in the middle of faces. volume: relative change of the volume.
+    mode: "slide" or "project". moved: points of it that moved. volume: relative change of the volume.
     """
 
     mode: str
     moved: int
-    off: float
     volume: float
 
 
@@ -76,7 +75,8 @@ class Repair:
 
     before: the mesh that was given, in the form of cells where it was given by its faces; `notes` tells what that form
     does not hold. limits: what the boundary alone decides. aim: the profile it was for, None where there was none.
-    along: what became of the boundary, None where it was fixed.
+    along: what became of the boundary, None where it was fixed. apart: how far the surface is from what it was, None
+    for solid meshes with a fixed boundary and where nothing changed.
     """
 
     before: Mesh
@@ -89,6 +89,7 @@ class Repair:
     last: Standing
     aim: Aim | None = None
     along: Along | None = None
+    apart: Apart | None = None
 
     @property
     def changed(self) -> bool:
@@ -126,6 +127,7 @@ def repair(
     nodes: str = KEEP,
     refine: tuple[str, ...] = (),
     max_edge: float | None = None,
+    max_hole: int = 0,
     threads: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> Repair:
@@ -137,7 +139,7 @@ def repair(
     tets inside flat parts of it may move there; "project", where those of smooth parts may move along the surface as it
     was given; edges of the geometry always stay. nodes: "keep", or "free", where points of tets may be put in and inner
     ones taken away. tolerance: of `weld`. refine, max_edge: globs of zones, and the longest edge that is left there, of
-    the passes that refine.
+    the passes that refine. max_hole: edges of the largest hole that `fill-holes` closes; 16 at least.
     threads: the result is the same for any number. progress: told (stage, done, of); raise in it to cancel.
     Raises UsageError for unknown names, MeshError where the mesh cannot be repaired at all.
     """
@@ -148,7 +150,7 @@ def repair(
         raise UsageError(f"unknown boundary {boundary[:60]!r}; known are {', '.join(MODES)}")
     if nodes not in (KEEP, FREE):
         raise UsageError(f"unknown choice of nodes {nodes[:60]!r}; known are {KEEP}, {FREE}")
-    options = Options(hold, tolerance, boundary, nodes=nodes, refine=refine, max_edge=max_edge)
+    options = Options(hold, tolerance, boundary, nodes=nodes, refine=refine, max_edge=max_edge, max_hole=max_hole)
     if progress is not None:
         options = replace(options, tell=progress)
     if mesh.n_nonfinite:
@@ -203,20 +205,27 @@ class _Driver:
             aim = aim.ended(self.current, self.options)
         return Repair(
             self.before, self.current, tuple(self.steps), tuple(dict.fromkeys(self.refused)), notes,
-            limits(self.current), self.first, self.now, aim, self._along(),
+            limits(self.current), self.first, self.now, aim, self._along(), self._apart(),
         )  # fmt: skip
 
     def _along(self) -> Along | None:
         sheet, mode = self.options.sheet, self.options.boundary
         if not len(sheet.corners):
             return None
-        now = Sheet.of(self.current, mode).corners.reshape(-1, 3, 3)
-        where = np.unique(now.reshape(-1, 3), axis=0)
-        _, off = sheet.seats(np.concatenate([where, now.mean(axis=1)]))
-        before = np.unique(sheet.corners.reshape(-1, 3), axis=0)
-        moved = len(np.unique(np.concatenate([before, where]), axis=0)) - len(before)
+        before, now = (np.unique(x.corners.reshape(-1, 3), axis=0) for x in (sheet, Sheet.of(self.current, mode)))
+        moved = len(np.unique(np.concatenate([before, now]), axis=0)) - len(before)
         one, two = (float(np.sum(signed_sizes(mesh))) for mesh in (self.before, self.current))
-        return Along(mode, moved, float(off.max()), (two - one) / one if one else 0.0)
+        return Along(mode, moved, (two - one) / one if one else 0.0)
+
+    def _apart(self) -> Apart | None:
+        """Of the surfaces before and after, where the mesh is one or its boundary could move, and it changed."""
+        if self.current is self.before or (self.before.cell_dimension == 3 and not len(self.options.sheet.corners)):
+            return None
+        one, two = surface_of(self.before), surface_of(self.current)
+        if one is None or two is None:
+            return None
+        self.options.tell("compare surfaces", 0, 0)
+        return surfaces_apart(one, two)
 
     def _turns(self, row: Pass, aim: Aim | None) -> int:
         """Run a pass until it keeps nothing more; how often it was kept."""

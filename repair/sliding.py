@@ -20,7 +20,7 @@ from meshwright.audit.connectivity import faces
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import NO_CELL, Floats, Ints, Mesh
 
-__all__ = ["FIXED", "MODES", "PROJECT", "SLIDE", "Sheet", "normal_of", "settle", "sliding_points"]
+__all__ = ["FIXED", "MODES", "PROJECT", "SLIDE", "Sheet", "closest_on", "normal_of", "settle", "sliding_points"]
 
 FIXED, SLIDE, PROJECT = "fixed", "slide", "project"
 MODES = (FIXED, SLIDE, PROJECT)
@@ -143,7 +143,7 @@ def _zones_of(mesh: Mesh, nodes: Ints) -> Ints:
 
 
 @inner
-def _closest(c: Floats, t: int, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+def closest_on(c: Floats, t: int, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """(x, y, z, squared distance) of the point of triangle t nearest to a point.
 
     By the region of the plane that the point lies over (Ericson, Real-Time Collision Detection, 2005, 5.1.5).
@@ -198,13 +198,13 @@ def settle(
     corners: Floats, across: Ints, seat: int, x: float, y: float, z: float
 ) -> tuple[float, float, float, int, float]:
     """(x, y, z, seat, squared distance): the nearest point of the sheet, walking from the triangle `seat`."""
-    bx, by, bz, best = _closest(corners, seat, x, y, z)
+    bx, by, bz, best = closest_on(corners, seat, x, y, z)
     for _ in range(_MOST_WALKS):
         into = -1
         for k in range(3):
             o = across[seat, k]
             if o >= 0:
-                cx, cy, cz, d = _closest(corners, o, x, y, z)
+                cx, cy, cz, d = closest_on(corners, o, x, y, z)
                 if d < best:
                     bx, by, bz, best, into = cx, cy, cz, d, o
         if into < 0:

@@ -16,8 +16,18 @@ from scipy.spatial import cKDTree
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.carrying import with_cells
 from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.patch import best_patch
 
-__all__ = ["drop_fins", "drop_flat", "drop_specks", "fill_holes", "split_junctions"]
+__all__ = [
+    "drop_fins",
+    "drop_flat",
+    "drop_specks",
+    "fill_holes",
+    "open_sides",
+    "sides_of",
+    "split_junctions",
+    "triangles_of",
+]
 
 Mask = NDArray[np.bool_]
 
@@ -25,12 +35,14 @@ _DEFAULT = 1e-6
 """Part of the diagonal of the surface that counts as nothing where no tolerance is given."""
 _SPECK = 0.01
 """Share of the area up to which a part that hangs on nothing is a speck."""
+_FEW = 0.02
+"""Share of the triangles above which small parts are no specks but the screws of a guitar, the bones of a foot."""
 _SMALL_LOOP = 16
-"""Edges up to which a hole gets one point in its middle; of longer ones nobody can tell the shape: refused."""
+"""Edges up to which a hole gets one point in its middle; longer ones may be meant: they are closed on demand."""
 _MOST_SPLITS = 8
 
 
-def _triangles(mesh: Mesh) -> Ints | None:
+def triangles_of(mesh: Mesh) -> Ints | None:
     """(m, 3) the triangles of a shell, by row; None for any other mesh."""
     if mesh.cell_dimension != 2 or mesh.dimension != 3 or mesh.faces is not None:
         return None
@@ -53,6 +65,16 @@ def _edges(tris: Ints) -> tuple[Ints, Ints]:
     return use[edge], edge
 
 
+def sides_of(tris: Ints) -> Ints:
+    """(m, 3) how many triangles have each side, that from corner k being side k."""
+    return _edges(tris)[0]
+
+
+def open_sides(tris: Ints) -> int:
+    """How many sides of triangles (m, 3) have no other triangle, or more than one."""
+    return int(np.count_nonzero(sides_of(tris) != 2))
+
+
 def _kept(mesh: Mesh, tris: Ints, keep: Mask, note: str) -> Outcome:
     gone = int(np.count_nonzero(~keep))
     if not gone:
@@ -66,7 +88,7 @@ def _kept(mesh: Mesh, tris: Ints, keep: Mask, note: str) -> Outcome:
 
 def drop_flat(mesh: Mesh, options: Options) -> Outcome:
     """Drop triangles lower than the tolerance: their longest side lies on their third corner."""
-    tris = _triangles(mesh)
+    tris = triangles_of(mesh)
     if tris is None:
         return Outcome(mesh, 0)
     x = mesh.points[tris]
@@ -77,7 +99,7 @@ def drop_flat(mesh: Mesh, options: Options) -> Outcome:
 
 def split_junctions(mesh: Mesh, options: Options) -> Outcome:
     """Split the triangles at whose free side a point of another free side lies, within the tolerance."""
-    tris = _triangles(mesh)
+    tris = triangles_of(mesh)
     if tris is None:
         return Outcome(mesh, 0)
     tolerance = _tolerance(mesh, options)
@@ -131,7 +153,7 @@ def _junctions(points: Floats, tris: Ints, tolerance: float) -> tuple[Ints, Ints
 
 def drop_fins(mesh: Mesh, options: Options) -> Outcome:
     """Drop triangles that stand on an edge of three or more and have free sides, those with two of them first."""
-    tris = _triangles(mesh)
+    tris = triangles_of(mesh)
     if tris is None:
         return Outcome(mesh, 0)
     rows = np.arange(len(tris))
@@ -148,8 +170,11 @@ def drop_fins(mesh: Mesh, options: Options) -> Outcome:
 
 
 def drop_specks(mesh: Mesh, options: Options) -> Outcome:
-    """Drop parts that share no edge with the rest and have less than 1 % of the area each."""
-    tris = _triangles(mesh)
+    """Drop parts that share no edge with the rest and have less than 1 % of the area each.
+
+    Where together they are more than 2 % of the triangles, they are taken for parts that are meant, and told of.
+    """
+    tris = triangles_of(mesh)
     if tris is None:
         return Outcome(mesh, 0)
     _, edge = _edges(tris)
@@ -164,12 +189,21 @@ def drop_specks(mesh: Mesh, options: Options) -> Outcome:
     small = share < _SPECK
     if small.all():
         return Outcome(mesh, 0)
+    if small[label].mean() > _FEW:
+        told = (
+            f"{int(small.sum())} parts of less than 1 % of the area each are kept: with {small[label].mean():.0%} of "
+        )
+        return Outcome(mesh, 0, refused=(told + "the triangles they look meant",))
     return _kept(mesh, tris, ~small[label], "triangles of specks dropped")
 
 
 def fill_holes(mesh: Mesh, options: Options) -> Outcome:
-    """Close small holes by one point each, put on the curved surface that the points around the hole lie on."""
-    tris = _triangles(mesh)
+    """Close small holes by one point each, put on the curved surface that the points around the hole lie on.
+
+    Larger ones, up to `max_hole` edges, get the triangles between their own points that bend least. A single sheet's
+    outer border is a hole too, as far as edges tell.
+    """
+    tris = triangles_of(mesh)
     if tris is None:
         return Outcome(mesh, 0)
     loops, refused = _loops(tris)
@@ -179,12 +213,20 @@ def fill_holes(mesh: Mesh, options: Options) -> Outcome:
     at, closed = len(mesh.points), 0
     begin, around = _neighbours(tris, len(mesh.points))
     for nodes, owners in loops:
-        if len(nodes) > _SMALL_LOOP:
+        if len(nodes) > max(_SMALL_LOOP, options.max_hole):
             refused.append(
-                f"a hole of {len(nodes)} edges at {_place(mesh.points[nodes])} is too large to guess its shape"
+                f"a hole of {len(nodes)} edges at {_place(mesh.points[nodes])} is left open; --max-hole {len(nodes)} "
+                "closes it"
             )
             continue
         closed += 1
+        if len(nodes) > _SMALL_LOOP:
+            corners = tris[owners]
+            third = corners.sum(axis=1) - nodes - np.roll(nodes, -1)
+            patch = best_patch(mesh.points[nodes], mesh.points[third])
+            new.append(nodes[patch][:, ::-1])
+            parent.append(owners[patch[:, 0]])
+            continue
         if len(nodes) == 3:
             new.append(nodes[None, ::-1])
             parent.append(owners[:1])

@@ -52,6 +52,9 @@ __all__ = ["command"]
 @click.option(
     "--max-edge", type=click.FloatRange(0, min_open=True), metavar="LENGTH", help="Refine until no edge is longer."
 )
+@click.option(
+    "--max-hole", type=click.IntRange(0), default=0, metavar="EDGES", help="Close larger holes too; default 16 edges."
+)
 @click.option("--dry-run", is_flag=True, help="Tell what would be done and write nothing.")
 @click.option(
     "--format", "output", type=click.Choice(("text", "json")), default="text", help="Of the receipt on stdout."

@@ -44,6 +44,7 @@ class RepairJob:
     nodes: str = "keep"
     refine: tuple[str, ...] = ()
     max_edge: float | None = None
+    max_hole: int = 0
     dry_run: bool = False
     output: str = "text"
     journal: str | None = None
@@ -68,7 +69,8 @@ def run_repair(job: RepairJob) -> int:
         digest = fingerprint(where)
         done = repair(
             mesh, job.passes, target=profile, hold=job.hold, tolerance=job.tolerance, boundary=job.boundary,
-            nodes=job.nodes, refine=job.refine, max_edge=job.max_edge, threads=job.threads, progress=tell,
+            nodes=job.nodes, refine=job.refine, max_edge=job.max_edge, max_hole=job.max_hole,
+            threads=job.threads, progress=tell,
         )  # fmt: skip
         tell("measure", 0, 0)
         (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)

@@ -69,11 +69,19 @@ def render_text(
     along = document["boundary"]
     if along:
         out.append(
-            f"  {moved}; {along['moved']:,} of them on the boundary, {along['off']:.3g} off it at most, volume "
-            f"{along['volume']:+.2g}; {printable(zones, width)}"
+            f"  {moved}; {along['moved']:,} of them on the boundary, volume {along['volume']:+.2g}; "
+            f"{printable(zones, width)}"
         )
     else:
         out.append(f"  {moved}, none of a boundary or a border between zones; {printable(zones, width)}")
+    apart = document["surface"]
+    if apart:
+        side = "there" if apart["there"] >= apart["back"] else "back"
+        x, y, z = apart[f"{side}_at"]
+        out.append(
+            f"  the surface is {apart['hausdorff']:.3g} from what it was at most (Hausdorff distance), "
+            f"at ({x:.5g}, {y:.5g}, {z:.5g})"
+        )
     left = document["after"]["inverted_or_degenerate"]
     if left:
         out.append(red(f"  {left:,} inverted or degenerate cells are left"))

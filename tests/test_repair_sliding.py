@@ -63,7 +63,7 @@ def test_sliding_keeps_the_cube_to_the_bit_and_betters_what_a_fixed_boundary_can
     assert slid.last.worst >= fixed.last.worst
     assert slid.last.quality.mean() > fixed.last.quality.mean()
     assert slid.along.moved == moved[on == 1].sum()
-    assert slid.along.off < 1e-12
+    assert slid.apart.hausdorff < 1e-12
     assert fixed.along is None
 
 

@@ -57,7 +57,7 @@ def test_a_large_hole_is_refused_with_its_place_and_left_open():
     half = tris[points[tris].mean(axis=1)[:, 2] < 0.5]
     done = repair(Mesh(points, (CellBlock("tri", np.arange(len(half)), half),)), "fill-holes")
     assert not done.changed
-    assert "is too large to guess its shape" in done.refused[0]
+    assert "is left open; --max-hole 40 closes it" in done.refused[0]
 
 
 def test_where_a_cleaning_pass_is_refused_those_after_it_are_not_run():

@@ -10,6 +10,7 @@ from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
 from meshwright.repair.refine import bisect, insert_centroids, refine
 from meshwright.repair.split import linearise, split_in_five, split_to_tets
+from meshwright.repair.stars import raise_worst_cells
 from meshwright.repair.stitch import stitch
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
@@ -99,6 +100,13 @@ PASSES = {
             relax,
             repeats=True,
             nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "raise-worst",
+            "move inner points so that the worst cell around each gets better, of any type",
+            raise_worst_cells,
+            repeats=True,
             explicit=True,
         ),
         Pass("swap", "swap edges and faces of tets", swap, repeats=True, explicit=True),

@@ -152,7 +152,9 @@ def insert_centroids(mesh: Mesh, options: Options) -> Outcome:
     chosen = _chosen(mesh, options)
     if not {block.type for block in mesh.blocks} <= set(_SIMPLICES):
         raise MeshError("only triangles and tets can be cut at their middle; split-to-tets makes them of other cells")
-    points, cells, n = [], {}, len(mesh.points)
+    points: list[Floats] = []
+    cells: dict[str, tuple[Ints, Ints]] = {}
+    n = len(mesh.points)
     for block in mesh.blocks:
         here = chosen[block.rows]
         nodes = block.nodes.astype(np.int64)

@@ -46,7 +46,10 @@ _FOR_FINDINGS = {
     "inside-out-shell": ("orient",),
 }
 """Passes that mend what a check reports. Nothing is planned that a user may have meant: open edges, say."""
-_FOR_SHAPES = {"tet": ("improve",), "tri": ("triangles",)}
+_FOR_SHAPES = {
+    "tet": ("improve",), "tri": ("triangles",), "quad": ("untangle", "raise-worst"),
+    "hex": ("untangle", "raise-worst"), "pyramid": ("untangle", "raise-worst"),
+}  # fmt: skip
 """Passes that better the shape of cells, by the type of the cells that a limit is on."""
 _LISTED = 100
 """Cells that are named one by one for each rule."""

@@ -66,7 +66,9 @@ def tet_children(mask: int, diagonal: int = 0) -> Ints:
     diagonal: row of `OCTAHEDRON`, where all six edges are cut.
     """
     middle = _middles(_TET_EDGES, 4, mask)
-    front = frozenset(_turned(t) for face in CELL_TYPES["tet"].faces for t in _cut_triangle(*face, middle))
+    front = frozenset(
+        _turned(t) for face in CELL_TYPES["tet"].faces for t in _cut_triangle(face[0], face[1], face[2], middle)
+    )
     nodes = tuple(range(4)) + tuple(sorted(middle.values()))
     fillings = _fill(front, nodes)
     best: tuple[float, list[Cut]] | None = None

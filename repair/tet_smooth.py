@@ -298,7 +298,7 @@ def smooth(
 
 
 @inner
-def _shortest_in_hull(g: Floats, n: int, out: Floats) -> float:
+def shortest_in_hull(g: Floats, n: int, out: Floats) -> float:
     """The shortest vector of the convex hull of the rows of g, by Wolfe-like pairwise steps; its length."""
     weight = np.zeros(n)
     best = 0
@@ -385,7 +385,7 @@ def climb(
                 slopes[active, 1] -= out * my
                 slopes[active, 2] -= out * mz
                 active += 1
-        size = _shortest_in_hull(slopes, active, g)
+        size = shortest_in_hull(slopes, active, g)
         if not size * reach > 1e-4:
             break
         better = False

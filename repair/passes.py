@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
+from meshwright.repair.elliptic import elliptic, winslow
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
+from meshwright.repair.tfi import hermite, tfi
 from meshwright.repair.triangles import triangles
 from meshwright.repair.untangle import relax, untangle
 
@@ -44,6 +46,34 @@ PASSES = {
             "move inner points of quads and hexes to the best shapes",
             relax,
             repeats=True,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "tfi",
+            "place the points inside structured blocks by interpolation from their sides",
+            tfi,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "hermite",
+            "the same with lines normal to the sides, for blocks of quads",
+            hermite,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "winslow",
+            "smooth structured blocks by Winslow's equations, which even out their spacing",
+            winslow,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "elliptic",
+            "smooth structured blocks by elliptic equations that keep the spacing of their sides",
+            elliptic,
             nothing_worse="in regions",
             explicit=True,
         ),

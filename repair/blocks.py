@@ -20,6 +20,7 @@ from meshwright.repair.carrying import with_points
 from meshwright.repair.held import border_faces, held_points
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.quality import standing
+from meshwright.repair.sizes import signed_sizes
 
 __all__ = ["Closed", "Grid", "Place", "inside", "on_grids", "structured_grids"]
 
@@ -128,17 +129,28 @@ def _same(old: Floats, new: Floats, grid: Grid) -> bool:
 
 def _without_worse(mesh: Mesh, points: Floats, placed: list[Grid]) -> list[str]:
     """Put the blocks back into `points` whose worst cell would be worse, or that would have more bad ones; which."""
-    before, after = standing(mesh).quality, standing(with_points(mesh, points)).quality
+    (before, bad_before), (after, bad_after) = _judged(mesh), _judged(with_points(mesh, points))
     refused = []
     for grid in placed:
         old, new = before[grid.cells], after[grid.cells]
         moved = old != new
         low, fresh = old[moved].min(initial=np.inf), new[moved].min(initial=np.inf)
-        more = np.count_nonzero(new <= 0.0) > np.count_nonzero(old <= 0.0)
-        if fresh < low - _ROUNDING or more:
-            points[grid.points] = mesh.points[grid.points]
+        more = int(np.count_nonzero(bad_after[grid.cells])) - int(np.count_nonzero(bad_before[grid.cells]))
+        if more > 0:
+            refused.append(f"{_named(mesh, grid)} stays: it would have {more} more cells inverted or turned over")
+        elif fresh < low - _ROUNDING:
             refused.append(f"{_named(mesh, grid)} stays: its worst cell would fall from {low:.4g} to {fresh:.4g}")
+        else:
+            continue
+        points[grid.points] = mesh.points[grid.points]
     return refused
+
+
+def _judged(mesh: Mesh) -> tuple[Floats, Mask]:
+    """(quality, whether inverted) of each cell; a quad that is turned over whole is, though its quality is good."""
+    quality, sizes = standing(mesh).quality, signed_sizes(mesh)
+    turned = sizes * np.sum(sizes) <= 0.0
+    return quality, (quality <= 0.0) | turned
 
 
 def structured_grids(mesh: Mesh) -> list[Grid]:
@@ -163,6 +175,8 @@ def structured_grids(mesh: Mesh) -> list[Grid]:
     singular = (singular_edges if kind == "hex" else singular_points)(part, nodes)[0]
     walls = (border_faces(part) | _listed(mesh, found)) & (found.neighbour != NO_CELL)
     cut = cut_faces(part, singular, len(found), walls)
+    if cut is None:
+        return []
     neighbour = index_array(np.where(cut, NO_CELL, found.neighbour))
     lattice = nodes[:, _LATTICE[kind]].astype(np.int64)
     across = _across(lattice, found.offsets, found.nodes, found.owner, neighbour)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
 from meshwright.repair.elliptic import elliptic, winslow
+from meshwright.repair.laplace import laplace, odt, smart_laplace
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
@@ -75,6 +76,28 @@ PASSES = {
             "smooth structured blocks by elliptic equations that keep the spacing of their sides",
             elliptic,
             nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "laplace",
+            "move points to the mean of their neighbours; can invert cells, and is rolled back where it harms",
+            laplace,
+            repeats=True,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "smart-laplace",
+            "move points towards the middle of their cells where the worst of these gains",
+            smart_laplace,
+            repeats=True,
+            explicit=True,
+        ),
+        Pass(
+            "odt",
+            "move points of triangles and tets towards the mean of circumcentres where the worst cell gains",
+            odt,
+            repeats=True,
             explicit=True,
         ),
         Pass("swap", "swap edges and faces of tets", swap, repeats=True, explicit=True),

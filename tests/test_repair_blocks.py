@@ -1,4 +1,4 @@
-"""Structured blocks, their grids, and the passes that place the points inside: TFI, Hermite, Winslow, elliptic."""
+"""Structured blocks and the passes that place the points inside, and the smoothers that go point by point."""
 
 from dataclasses import replace
 
@@ -6,14 +6,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from repair_meshes import box, solid, square
+from repair_meshes import box, hybrid_layers, random_tets, random_triangles, solid, square
 
 from meshwright.audit import measure
 from meshwright.audit.geometry import total_volume
+from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
 from meshwright.repair import repair
 from meshwright.repair.blocks import structured_grids
+from meshwright.repair.cell_quality import KINDS, quality_at
+from meshwright.repair.guards import broken
+from meshwright.repair.held import held_points
+from meshwright.repair.laplace import laplace, odt, smart_laplace
+from meshwright.repair.outcome import Options, Pass
 from meshwright.repair.quality import standing
+from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.tfi import tfi_points
 
 OPEN2 = (False, False)
@@ -263,6 +270,7 @@ def test_the_folded_grid_of_the_swan_becomes_valid_and_its_angles_rise(name, n):
     assert before.bad >= 5
     done = repair(mesh, name)
     assert done.last.bad == 0
+    assert (signed_sizes(done.after) > 0.0).all()
     assert worst_angle(done.after) > worst_angle(mesh) + 5.0
     assert total_volume(done.after) == pytest.approx(total_volume(mesh), rel=1e-12)
     assert done.last.quality.min() > 0.15
@@ -408,7 +416,7 @@ def test_a_block_that_would_get_worse_stays_and_the_others_are_placed():
     assert not moved[len(one.points) :].any()
     assert len(done.refused) == 1
     assert "20 x 20" in done.refused[0]
-    assert "worst cell would fall" in done.refused[0]
+    assert "more cells inverted or turned over" in done.refused[0]
 
 
 def test_surfaces_in_space_and_meshes_without_blocks_are_left_alone():
@@ -429,3 +437,143 @@ def test_tfi_reproduces_straight_sided_quadrilaterals(n, m, seed, skew):
     w = np.stack([(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t], axis=-1)
     exact = w @ corner
     assert np.abs(tfi_points(thrown(exact, 0.1, seed), OPEN2) - exact).max() < 1e-13
+
+
+# smoothing point by point
+
+
+def arrow(kind):
+    """A V of triangles or quads around one point in its tip; the mean of its neighbours lies outside."""
+    rim = [(0, 0), (4, 3), (3.5, 3.3), (0, 1), (-3.5, 3.3), (-4, 3)]
+    points = np.array([(*p, 0.0) for p in [(0.0, 0.5), *rim]], float)
+    if kind == "tri":
+        return solid(points, tri=[[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
+    return solid(points, quad=[[0, 1, 2, 3], [0, 3, 4, 5], [0, 5, 6, 1]])
+
+
+@pytest.mark.parametrize("kind", ["tri", "quad"])
+def test_plain_smoothing_harms_a_concave_patch_and_is_rolled_back_and_the_guarded_one_does_not(kind):
+    mesh = arrow(kind)
+    assert (signed_sizes(mesh) > 0.0).all()
+    proposal = laplace(mesh, Options()).mesh
+    assert (signed_sizes(proposal) < 0.0).any()
+    done = repair(mesh, "laplace")
+    assert done.steps[0].state == "rolled back"
+    assert done.after is mesh
+    for name in ("smart-laplace", "odt"):
+        done = repair(mesh, name)
+        assert (signed_sizes(done.after) > 0.0).all()
+        assert done.last.worst >= done.first.worst
+
+
+def test_a_flat_triangle_that_is_turned_over_whole_is_seen_by_the_driver():
+    mesh = arrow("tri")
+    row = Pass("p", "p", laplace, nothing_worse="in regions")
+    outcome = laplace(mesh, Options())
+    # as if nothing was wrong with the qualities, which have no sign
+    same = standing(mesh)
+    assert "turned over" in broken(row, mesh, outcome, same, same, Options())
+
+
+def test_plain_smoothing_of_tets_is_rolled_back_and_the_guarded_ones_raise_the_worst_and_the_mean():
+    mesh = random_tets(300)
+    assert not repair(mesh, "laplace").changed
+    for name in ("smart-laplace", "odt"):
+        done = repair(mesh, name)
+        assert done.last.worst > done.first.worst
+        assert done.last.quality.mean() > done.first.quality.mean() + 0.04
+        assert not repair(done.after, name).changed
+
+
+def pyramids(n=4, jitter=0.2):
+    """Every hex of a thrown block cut into six pyramids over its faces."""
+    points, hexes = box(n, jitter)
+    apex = len(points) + np.arange(len(hexes))
+    sides = ([0, 1, 2, 3], [7, 6, 5, 4], [0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0])
+    return solid(np.vstack([points, points[hexes].mean(axis=1)]),
+                 pyramid=np.vstack([np.c_[hexes[:, side], apex] for side in sides]))  # fmt: skip
+
+
+TYPES = {
+    "tri": lambda: random_triangles(8),
+    "quad": lambda: solid(square(9, 0.4)[0], quad=square(9)[1]),
+    "tet": lambda: random_tets(150),
+    "pyramid": lambda: pyramids(3),
+    "hex": lambda: solid(box(5, 0.35)[0], hex=box(5)[1]),
+    "wedges and tets": hybrid_layers,
+}
+
+
+@pytest.mark.parametrize("kind", TYPES)
+def test_a_guarded_pass_lets_no_neighbourhood_fall_and_keeps_what_is_held(kind):
+    mesh = TYPES[kind]()
+    for run in (smart_laplace, odt):
+        outcome = run(mesh, Options())
+        if run is smart_laplace:
+            assert outcome.changed > 0
+        first, last = standing(mesh), standing(outcome.mesh)
+        row = Pass("p", "p", run)
+        assert broken(row, mesh, outcome, first, last, Options()) == ""
+        held = held_points(mesh, Options())
+        assert np.array_equal(outcome.mesh.points[held], mesh.points[held])
+
+
+@kernel
+def qualities(points, cells, kind, z, out):
+    for c in range(cells.shape[0]):
+        out[c] = quality_at(points, cells, c, kind, (0.0, 0.0, z))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_quality_by_which_moves_are_kept_is_the_drivers(kind):
+    mesh = TYPES[kind]()
+    nodes = mesh.blocks[0].nodes
+    cells = np.full((len(nodes), 8), -1)
+    cells[:, : nodes.shape[1]] = nodes
+    own, expected = np.empty(len(nodes)), standing(mesh).quality
+    qualities(mesh.points, cells, KINDS.index(kind), 1.0, own)
+    right = signed_sizes(mesh) > 0.0
+    assert np.abs(own - expected)[right].max() < 1e-12
+    assert (own[~right] <= 0.0).all()
+
+
+@pytest.mark.parametrize("name", ["laplace", "smart-laplace", "odt"])
+def test_smoothing_does_not_depend_on_threads_or_on_a_turn_of_the_mesh(name):
+    mesh = random_triangles(12)
+    one, two = repair(mesh, name, threads=1), repair(mesh, name, threads=3)
+    assert one.changed
+    assert np.array_equal(one.after.points, two.after.points)
+    other = repair(replace(mesh, points=5.0 * turned(mesh.points)), name)
+    assert np.abs(other.after.points - 5.0 * turned(one.after.points)).max() < 1e-9
+
+
+def test_plain_smoothing_of_a_thrown_square_comes_near_to_the_even_one():
+    mesh = solid(square(6, 0.3)[0], quad=square(6)[1])
+    done = repair(mesh, "laplace")
+    assert np.abs(done.after.points - square(6)[0]).max() < 0.03
+
+
+@pytest.mark.parametrize("start", [(0.3, -0.4), (-0.2, 0.6)])
+def test_odt_puts_a_point_among_points_of_a_circle_into_its_centre_wherever_it_starts(start):
+    t = 2.0 * np.pi * np.arange(7) / 7.0
+    rim = np.c_[np.cos(t), np.sin(t), 0 * t]
+    mesh = solid(np.vstack([[*start, 0.0], rim]), tri=[[0, 1 + k, 1 + (k + 1) % 7] for k in range(7)])
+    assert np.abs(repair(mesh, "odt").after.points[0]).max() < 1e-12
+    ball = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
+    tets = [[0, 1 + i, 3 + j, 5 + k] if (i + j + k) % 2 == 0 else [0, 3 + j, 1 + i, 5 + k]
+            for i in (0, 1) for j in (0, 1) for k in (0, 1)]  # fmt: skip
+    mesh = solid(np.vstack([[*start, 0.1], ball]), tet=tets)
+    assert (signed_sizes(mesh) > 0.0).all()
+    assert np.abs(repair(mesh, "odt").after.points[0]).max() < 1e-12
+
+
+def test_points_of_a_surface_move_in_planes_alone():
+    points, quads = square(8, 0.35)
+    roof = np.c_[points[:, :2], np.abs(points[:, 0] - 0.5)]
+    mesh = Mesh(roof, (CellBlock("quad", np.arange(len(quads)), quads),), dimension=3)
+    assert (roof[:, 0] != 0.5).sum() > 60  # the ridge runs through cells: there nothing is plane
+    for name in ("laplace", "smart-laplace"):
+        after = repair(mesh, name).after.points
+        moved = (after != roof).any(axis=1)
+        assert moved.sum() > 15
+        assert np.abs(after[moved, 2] - np.abs(after[moved, 0] - 0.5)).max() < 1e-12

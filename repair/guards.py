@@ -49,6 +49,9 @@ def broken(row: Pass, mesh: Mesh, outcome: Outcome, before: Standing, after: Sta
     fault = _volume_change(mesh, new, _VOLUMES[options.boundary], bent)
     if fault or row.nothing_worse == "nowhere":
         return fault
+    fault = _folded(mesh, new)
+    if fault:
+        return fault
     if row.nothing_worse == "in regions":
         return _worse_in_regions(mesh, outcome, before, after)
     return _worse_around_points(mesh, outcome, before, after)
@@ -67,6 +70,19 @@ def _volume_change(mesh: Mesh, new: Mesh, part: float, bent: float) -> str:
     scale = max(float(np.sum(np.abs(signed_sizes(new)))), abs(one))
     if abs(two - one) > part * scale + bent:
         return f"the volume would change from {one:.17g} to {two:.17g}"
+    return ""
+
+
+def _folded(mesh: Mesh, new: Mesh) -> str:
+    """In words, "" where the cells of a flat mesh lie over one another no more than before.
+
+    Quality does not tell a triangle or quad that is turned over whole; the areas without their signs do.
+    """
+    if mesh.cell_dimension == 3 or mesh.dimension == 3:
+        return ""
+    one, two = (float(np.sum(np.abs(signed_sizes(m)))) for m in (mesh, new))
+    if two - one > _VOLUMES[FIXED] * one:
+        return f"cells would be turned over: they would cover {two:.17g}, not {one:.17g}"
     return ""
 
 

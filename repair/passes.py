@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
+from meshwright.repair.elliptic import elliptic, winslow
 from meshwright.repair.engines import pymeshlab_repair, trimesh_repair
 from meshwright.repair.intersections import untie
+from meshwright.repair.laplace import laplace, odt, smart_laplace
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
 from meshwright.repair.refine import bisect, insert_centroids, refine
@@ -14,6 +16,7 @@ from meshwright.repair.stars import raise_worst_cells
 from meshwright.repair.stitch import stitch
 from meshwright.repair.surface import drop_fins, drop_flat, drop_specks, fill_holes, split_junctions
 from meshwright.repair.tet_passes import improve, raise_worst, smooth, swap
+from meshwright.repair.tfi import hermite, tfi
 from meshwright.repair.triangles import triangles
 from meshwright.repair.untangle import relax, untangle
 
@@ -106,6 +109,56 @@ PASSES = {
             "raise-worst",
             "move inner points so that the worst cell around each gets better, of any type",
             raise_worst_cells,
+            repeats=True,
+            explicit=True,
+        ),
+        Pass(
+            "tfi",
+            "place the points inside structured blocks by interpolation from their sides",
+            tfi,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "hermite",
+            "the same with lines normal to the sides, for blocks of quads",
+            hermite,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "winslow",
+            "smooth structured blocks by Winslow's equations, which even out their spacing",
+            winslow,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "elliptic",
+            "smooth structured blocks by elliptic equations that keep the spacing of their sides",
+            elliptic,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "laplace",
+            "move points to the mean of their neighbours; can invert cells, and is rolled back where it harms",
+            laplace,
+            repeats=True,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
+            "smart-laplace",
+            "move points towards the middle of their cells where the worst of these gains",
+            smart_laplace,
+            repeats=True,
+            explicit=True,
+        ),
+        Pass(
+            "odt",
+            "move points of triangles and tets towards the mean of circumcentres where the worst cell gains",
+            odt,
             repeats=True,
             explicit=True,
         ),

@@ -14,12 +14,15 @@ __all__ = ["block_sizes", "cut_faces"]
 Mask = NDArray[np.bool_]
 
 
-def cut_faces(mesh: Mesh, singular: Ints, most: int) -> Mask | None:
-    """(f,) inner faces of the sheets that start at singular edges (m, 2) or points (m,); None for more than `most`."""
+def cut_faces(mesh: Mesh, singular: Ints, most: int, walls: Mask | None = None) -> Mask | None:
+    """(f,) inner faces of the sheets that start at singular edges (m, 2) or points (m,); None for more than `most`.
+
+    walls: (f,) inner faces that are cuts themselves; they go on straight where they end inside.
+    """
     found = faces(mesh)
     n = len(mesh.points)
     keys = np.sort(singular @ np.array([n, 1]) if singular.ndim == 2 else singular * (n + 1))
-    cut = np.zeros(len(found), dtype=bool)
+    cut = np.zeros(len(found), dtype=bool) if walls is None else walls.copy()
     table = (found.offsets, found.nodes, found.owner, found.neighbour)
     total = _cut(*table, *faces_of_cells(mesh), keys.astype(np.int64), n, mesh.cell_dimension == 2, most, cut)
     cut[overused_faces(mesh)] = True
@@ -76,7 +79,7 @@ def _cut(
     most: int,
     cut: Mask,
 ) -> int:
-    """Mark the cut faces; returns how many, and stops when they are more than `most`."""
+    """Mark the cut faces, beside those marked already; returns how many, and stops when they are more than `most`."""
     ends = np.zeros(n_points, np.bool_)
     for key in keys:
         ends[key // n_points] = True
@@ -85,6 +88,9 @@ def _cut(
     for f in range(owner.size):
         if neighbour[f] < 0:
             continue
+        if cut[f]:
+            queue[n] = f
+            n += 1
         for i in range(offsets[f], offsets[f + 1]):
             p = nodes[i]
             q = p if flat else nodes[i + 1 if i + 1 < offsets[f + 1] else offsets[f]]

@@ -1,0 +1,192 @@
+"""The driver's quality of single cells of first order, and their sizes, for kernels that try places of a point.
+
+The same numbers as `quality.standing`, with one more sign: a triangle or quad that looks against the normal of its
+surroundings counts below 0. Wedges are left out, since their points are held.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from meshwright.audit.cells import CELL_TYPES
+from meshwright.audit.jit import inner
+from meshwright.audit.mesh import Floats, Ints
+from meshwright.repair.tet_shape import quality_of
+
+__all__ = ["KINDS", "quality_at", "size_of"]
+
+KINDS = ("tri", "quad", "tet", "pyramid", "hex")
+"""Types by number: 0 and 1 are flat cells."""
+
+_TRI, _QUAD, _TET, _PYRAMID, _HEX = range(5)
+
+
+def _table(rows: list[list[tuple[int, ...]]], width: int) -> Ints:
+    """(types, most, width) filled up with -1."""
+    out = np.full((len(rows), max(map(len, rows)), width), -1, np.int64)
+    for i, entries in enumerate(rows):
+        for j, entry in enumerate(entries):
+            out[i, j, : len(entry)] = entry
+    return out
+
+
+_FACES = _table([list(CELL_TYPES[name].faces) for name in KINDS], 4)
+_TRIADS = CELL_TYPES["hex"].triad_table
+_SIMPLICES = _table(
+    [
+        [(0, 1, 2)],
+        [(0, 1, 2), (0, 2, 3)],
+        [(0, 1, 2, 3)],
+        [(0, 1, 2, 4), (0, 2, 3, 4)],
+        [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)],
+    ],
+    4,
+)
+"""Triangles or tets that make up a cell; of a hex those around one diagonal."""
+
+
+@inner
+def _cross(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple[float, float, float]:
+    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+
+
+@inner
+def _dot(u: tuple[float, float, float], v: tuple[float, float, float]) -> float:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+@inner
+def _from(points: Floats, a: int, b: int) -> tuple[float, float, float]:
+    """The edge from point a to point b."""
+    return points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
+
+
+@inner
+def _length(u: tuple[float, float, float]) -> float:
+    return math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
+
+
+@inner
+def _plus(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple[float, float, float]:
+    return u[0] + v[0], u[1] + v[1], u[2] + v[2]
+
+
+@inner
+def _angles_of_face(points: Floats, cells: Ints, c: int, kind: int, f: int) -> float:
+    """1 minus the equiangle skew of one face of a cell; a reflex corner gives 0."""
+    n = 3 if _FACES[kind, f, 3] < 0 else 4
+    ideal = math.pi / 3.0 if n == 3 else 0.5 * math.pi
+    mean = (0.0, 0.0, 0.0)
+    if n == 4:
+        p, q, r, s = (
+            cells[c, _FACES[kind, f, 0]],
+            cells[c, _FACES[kind, f, 1]],
+            cells[c, _FACES[kind, f, 2]],
+            cells[c, _FACES[kind, f, 3]],
+        )
+        mean = _cross(_from(points, p, r), _from(points, q, s))
+    low = 1.0
+    for k in range(n):
+        o = cells[c, _FACES[kind, f, k]]
+        u = _from(points, o, cells[c, _FACES[kind, f, (k + 1) % n]])
+        v = _from(points, o, cells[c, _FACES[kind, f, (k + n - 1) % n]])
+        w = _cross(u, v)
+        if n == 4 and _dot(w, mean) < 0.0:
+            return 0.0
+        size, along = _length(w), _dot(u, v)
+        if size == 0.0 and along == 0.0:
+            return 0.0
+        angle = math.atan2(size, along)
+        low = min(low, angle / ideal, (math.pi - angle) / (math.pi - ideal))
+    return low
+
+
+@inner
+def _scaled(u: tuple[float, float, float], v: tuple[float, float, float], w: tuple[float, float, float]) -> float:
+    """Determinant of three edges over the product of their lengths."""
+    product = _length(u) * _length(v) * _length(w)
+    return _dot(u, _cross(v, w)) / product if product > 0.0 else 0.0
+
+
+@inner
+def _hex_jacobian(points: Floats, cells: Ints, c: int) -> float:
+    low = 1.0
+    for t in range(8):
+        o = cells[c, _TRIADS[t, 0]]
+        u = _from(points, o, cells[c, _TRIADS[t, 1]])
+        v = _from(points, o, cells[c, _TRIADS[t, 2]])
+        w = _from(points, o, cells[c, _TRIADS[t, 3]])
+        low = min(low, _scaled(u, v, w))
+    # the axes through the middles of opposite faces
+    a = _from(points, cells[c, 0], cells[c, 6])
+    b = _from(points, cells[c, 1], cells[c, 7])
+    d = _from(points, cells[c, 2], cells[c, 4])
+    e = _from(points, cells[c, 3], cells[c, 5])
+    u = (a[0] - b[0] - d[0] + e[0], a[1] - b[1] - d[1] + e[1], a[2] - b[2] - d[2] + e[2])
+    v = (a[0] + b[0] - d[0] - e[0], a[1] + b[1] - d[1] - e[1], a[2] + b[2] - d[2] - e[2])
+    w = (a[0] + b[0] + d[0] + e[0], a[1] + b[1] + d[1] + e[1], a[2] + b[2] + d[2] + e[2])
+    return min(low, _scaled(u, v, w))
+
+
+@inner
+def _pyramid_jacobian(points: Floats, cells: Ints, c: int) -> float:
+    """Smallest scaled Jacobian of the tets of a corner of the base, its neighbours and the apex; 2 - v for v over 1."""
+    low = np.inf
+    t = cells[c, 4]
+    for k in range(4):
+        o, a, b = cells[c, k], cells[c, (k + 1) % 4], cells[c, (k + 3) % 4]
+        u, v, w = _from(points, o, a), _from(points, o, b), _from(points, o, t)
+        ka, kb, kt = _length(u), _length(v), _length(w)
+        ab, at, bt = _length(_from(points, a, b)), _length(_from(points, a, t)), _length(_from(points, b, t))
+        most = max(ka * kb * kt, ka * ab * at, kb * ab * bt, kt * at * bt)
+        low = min(low, 2.0 * _dot(u, _cross(v, w)) / most if most > 0.0 else 0.0)
+    size = abs(low)
+    return math.copysign(2.0 - size if size > 1.0 else size, low)
+
+
+@inner
+def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[float, float, float]) -> float:
+    """Quality of cell c of the table of point rows (m, 8): see `quality.Standing`.
+
+    kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below 0.
+    """
+    if kind == _TET:
+        return float(quality_of(points, cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]))
+    low = np.inf
+    for f in range(_FACES.shape[1]):
+        if _FACES[kind, f, 0] >= 0:
+            low = min(low, _angles_of_face(points, cells, c, kind, f))
+    if kind == _HEX:
+        return min(low, _hex_jacobian(points, cells, c))
+    if kind == _PYRAMID:
+        return min(low, _pyramid_jacobian(points, cells, c))
+    own = _cross(_from(points, cells[c, 0], cells[c, 1]), _from(points, cells[c, 0], cells[c, 2]))
+    if kind == _QUAD:
+        own = _cross(_from(points, cells[c, 0], cells[c, 2]), _from(points, cells[c, 1], cells[c, 3]))
+        size = _length(own)
+        for k in range(4):
+            u = _from(points, cells[c, k], cells[c, (k + 1) % 4])
+            v = _from(points, cells[c, k], cells[c, (k + 3) % 4])
+            product = _length(u) * _length(v) * size
+            low = min(low, _dot(_cross(u, v), own) / product if product > 0.0 else 0.0)
+    return low if _dot(own, normal) > 0.0 else -abs(low)
+
+
+@inner
+def size_of(points: Floats, cells: Ints, c: int, kind: int) -> float:
+    """Volume of cell c, area of a flat one, without sign."""
+    total = 0.0
+    area = (0.0, 0.0, 0.0)
+    for s in range(_SIMPLICES.shape[1]):
+        if _SIMPLICES[kind, s, 0] < 0:
+            break
+        o = cells[c, _SIMPLICES[kind, s, 0]]
+        u = _from(points, o, cells[c, _SIMPLICES[kind, s, 1]])
+        v = _from(points, o, cells[c, _SIMPLICES[kind, s, 2]])
+        if kind <= _QUAD:
+            area = _plus(area, _cross(u, v))
+        else:
+            total += _dot(u, _cross(v, _from(points, o, cells[c, _SIMPLICES[kind, s, 3]]))) / 6.0
+    return 0.5 * _length(area) if kind <= _QUAD else abs(total)

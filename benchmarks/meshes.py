@@ -19,7 +19,9 @@ __all__ = [
     "as_mesh",
     "block_faces",
     "hex_block",
+    "loose_triangles",
     "random_tets",
+    "sphere",
     "split_to_tets",
     "thrown_block",
     "write_fluent",
@@ -98,6 +100,53 @@ def random_tets(n: int, seed: int = 7) -> tuple[Floats, Ints]:
     size = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a)
     tets[size < 0.0] = tets[size < 0.0][:, [0, 2, 1, 3]]
     return points, tets[np.abs(size) > 1e-13]
+
+
+def sphere(levels: int) -> tuple[Floats, Ints]:
+    """Points and triangles of the unit sphere: an octahedron, its triangles cut in four `levels` times."""
+    corners = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
+    points = [np.array(p, float) for p in corners]
+    tris = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
+    for _ in range(levels):
+        middle: dict[tuple[int, int], int] = {}
+
+        def half(a: int, b: int, middle: dict[tuple[int, int], int] = middle) -> int:
+            key = (min(a, b), max(a, b))
+            if key not in middle:
+                p = points[a] + points[b]
+                middle[key] = len(points)
+                points.append(p / np.linalg.norm(p))
+            return middle[key]
+
+        finer = []
+        for a, b, c in tris:
+            ab, bc, ca = half(a, b), half(b, c), half(c, a)
+            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+        tris = finer
+    return np.array(points), np.array(tris, np.int32)
+
+
+def loose_triangles(levels: int, seed: int = 4) -> Floats:
+    """(k, 3, 3) corners of the triangles of a sphere with every fault of a bad STL file.
+
+    A seventh is turned, three points are missing, and there are a T-junction, three second copies, two fins, a flat
+    triangle and a speck of eight far away; all corners are off by up to 1e-8, the order is random.
+    """
+    r = np.random.default_rng(seed)
+    points, tris = sphere(levels)
+    holes = [10, 100, 200]
+    corners = points[tris[~np.isin(tris, holes).any(axis=1)]]
+    corners[::7] = corners[::7, ::-1]
+    a, b, c = corners[50].copy()
+    middle = 0.5 * (a + b)
+    corners[50] = [a, middle, c]  # the neighbour across a-b does not know of the middle
+    extra = [np.array([[middle, b, c]]), corners[[5, 60, 90]]]
+    extra += [np.array([[x[0], x[1], 1.2 * x.mean(axis=0)]]) for x in corners[[20, 70]]]
+    extra += [np.array([[x[0], x[1], 0.5 * (x[0] + x[1])]]) for x in corners[[30]]]
+    extra += [0.01 * points[tris[:8]] + [3.0, 0.0, 0.0]]
+    loose = np.vstack([corners, *extra])
+    loose = loose + r.uniform(-1e-8, 1e-8, loose.shape)
+    return loose[r.permutation(len(loose))]
 
 
 def as_mesh(kind: str, points: Floats, nodes: Ints) -> Mesh:

@@ -1,11 +1,11 @@
-"""Our repair beside gmsh, netgen-mesher and mmgpy on the same meshes in one run: quality before time.
+"""Our repair beside gmsh, netgen, mmg, MeshFix, MeshLab and trimesh on the same meshes in one run: quality before time.
 
 Every tool gets the same points and cells, must keep the boundary, and is measured by our metrics, all of them: a better
 dihedral angle with a worse scaled Jacobian is no gain. Peers that are not installed are named and left out.
 Each tool runs in a process of its own, which a hang or a crash does not survive.
 
     python benchmarks/repair.py                  # meshes made here
-    python benchmarks/repair.py FILE [FILE ...]  # any mesh of tets, hexes, quads, triangles
+    python benchmarks/repair.py FILE [FILE ...]  # any mesh of tets, hexes, quads, triangles; surfaces are closed
 """
 
 from __future__ import annotations
@@ -20,18 +20,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from meshes import random_tets, thrown_block
+from meshes import loose_triangles, random_tets, thrown_block
 from timing import machine, table
 
 from meshwright.audit import measure, read
 from meshwright.audit.geometry import total_volume
 from meshwright.audit.mesh import CellBlock, Mesh
 from meshwright.repair import repair
+from meshwright.repair.hausdorff import surfaces_apart
 from meshwright.repair.held import held_points
+from meshwright.repair.intersections import intersecting
 from meshwright.repair.outcome import Options
+from meshwright.repair.passes import PASSES
+from meshwright.repair.surface import sides_of
 
 _LIMIT = 300.0
 """Seconds that a tool gets."""
+_WELD = 1e-5
+"""Within which the corners of loose triangles are one point."""
 
 
 def mesh_of(points: Any, cells: dict[str, Any]) -> Mesh:
@@ -39,13 +45,46 @@ def mesh_of(points: Any, cells: dict[str, Any]) -> Mesh:
     for name, nodes in cells.items():
         blocks.append(CellBlock(name, np.arange(at, at + len(nodes)), np.asarray(nodes)))
         at += len(nodes)
-    flat = set(cells) <= {"tri", "quad"} and not np.any(points[:, 2])
+    flat = set(cells) <= {"tri", "quad"} and not np.any(np.asarray(points)[:, 2])
     return Mesh(points, tuple(blocks), dimension=2 if flat else 3)
 
 
 def ours(mesh: Mesh) -> Mesh:
     """What a user runs on a mesh without grading."""
     return repair(mesh, "orient,untangle,relax,improve,triangles").after
+
+
+def ours_free(mesh: Mesh) -> Mesh:
+    """The same with points put in and taken away."""
+    return repair(mesh, "orient,untangle,improve", nodes="free").after
+
+
+def closing(mesh: Mesh) -> Mesh:
+    """What a user runs on the loose triangles of an STL file."""
+    return repair(mesh, "surface", tolerance=_WELD).after
+
+
+def with_meshfix(*, welded: bool) -> Callable[[Mesh], Mesh]:
+    def run(mesh: Mesh) -> Mesh:
+        import pymeshfix
+
+        if welded:
+            mesh = repair(mesh, "weld,drop-degenerate", tolerance=_WELD).after
+        made = pymeshfix.MeshFix(mesh.points.copy(), mesh.block("tri").nodes.astype(np.int32))
+        made.repair()
+        return mesh_of(np.asarray(made.points), {"tri": np.asarray(made.faces)})
+
+    return run
+
+
+def by_pass(name: str) -> Callable[[Mesh], Mesh]:
+    """A peer that is one of our passes, outside of the transaction: what it makes of the welded surface by itself."""
+
+    def run(mesh: Mesh) -> Mesh:
+        welded = repair(mesh, "weld,drop-degenerate", tolerance=_WELD).after
+        return PASSES[name].run(welded, Options()).mesh
+
+    return run
 
 
 def outside(tets: Any) -> Any:
@@ -135,6 +174,7 @@ def with_mmg(**options: Any) -> Callable[[Mesh], Mesh]:
 
 TETS = {
     "meshwright": (ours, ""),
+    "meshwright, nodes free": (ours_free, ""),
     "gmsh": (with_gmsh(""), "gmsh"),
     "gmsh + Netgen": (with_gmsh("", "Netgen"), "gmsh"),
     "netgen, nodes kept": (with_netgen("smsmsm"), "netgen"),
@@ -144,12 +184,19 @@ TETS = {
 }
 HEXES = {"meshwright": (ours, ""), "gmsh Relocate3D": (with_gmsh("Relocate3D"), "gmsh")}
 OTHERS = {"meshwright": (ours, "")}
+SURFACES = {
+    "meshwright": (closing, ""),
+    "MeshFix": (with_meshfix(welded=False), "pymeshfix"),
+    "our weld + MeshFix": (with_meshfix(welded=True), "pymeshfix"),
+    "our weld + MeshLab": (by_pass("pymeshlab-repair"), "pymeshlab"),
+    "our weld + trimesh": (by_pass("trimesh-repair"), "trimesh"),
+}
 
 
 def _child(tool: Callable[[Mesh], Mesh], points: Any, cells: dict[str, Any], pipe: Connection) -> None:
     mesh = mesh_of(points, cells)
-    if tool is ours:
-        ours(mesh)  # compiled kernels are kept on disk; loading them is not what is compared
+    if tool in (ours, ours_free, closing):
+        tool(mesh)  # compiled kernels are kept on disk; loading them is not what is compared
     start = time.perf_counter()
     after = tool(mesh)
     seconds = getattr(tool, "seconds", time.perf_counter() - start)
@@ -191,18 +238,39 @@ def figures(mesh: Mesh, before: Mesh) -> list[str]:
     ]  # fmt: skip
 
 
+def closed(mesh: Mesh, before: Mesh) -> list[str]:
+    tris = mesh.block("tri").nodes.astype(np.int64)
+    use = sides_of(tris)
+    x = mesh.points[tris]
+    flat = np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1) <= 1e-14
+    walked = np.stack([tris, np.roll(tris, -1, axis=1)], axis=2).reshape(-1, 2)
+    twice = len(walked) - len(np.unique(walked, axis=0))
+    apart = surfaces_apart((mesh.points, tris), (before.points, before.block("tri").nodes.astype(np.int64)))
+    volume = float(np.einsum("ij,ij->i", x[:, 0], np.cross(x[:, 1], x[:, 2])).sum()) / 6.0
+    return [
+        f"{len(tris):,}", f"{len(mesh.points):,}", str(int((use == 1).sum())), str(int((use > 2).sum())), str(twice),
+        str(int(flat.sum())), str(len(intersecting(mesh.points, tris))), f"{volume:.6g}", f"{apart.back:.2g}",
+    ]  # fmt: skip
+
+
+CLOSED = ["", "triangles", "points", "open sides", "sides of 3 and more", "sides walked twice", "flat",
+          "pairs that cross", "volume", "off the input", "s"]  # fmt: skip
+SHAPED = ["", "cells", "points", "min angle", "max angle", "min SJ", "mean SJ", "worst skew", "mean skew", "bad",
+          "rim points lost", "dV/V", "s"]  # fmt: skip
+
+
 def compare(name: str, mesh: Mesh) -> None:
     kinds = {b.type for b in mesh.blocks}
-    tools = TETS if kinds == {"tet"} else HEXES if kinds == {"hex"} else OTHERS
-    rows = [["before", *figures(mesh, mesh), ""]]
+    is_surface = mesh.cell_dimension == 2 and mesh.dimension == 3
+    tools = SURFACES if is_surface else TETS if kinds == {"tet"} else HEXES if kinds == {"hex"} else OTHERS
+    measured, head = (closed, CLOSED) if is_surface else (figures, SHAPED)
+    rows = [["before", *measured(mesh, mesh), ""]]
     for tool, (run, package) in tools.items():
         if package and find_spec(package) is None:
             print(f"{tool} is left out: the package {package} is not installed", flush=True)
             continue
         found = outcome(run, mesh)
-        rows.append([tool, found] if isinstance(found, str) else [tool, *figures(found[0], mesh), f"{found[1]:.2f}"])
-    head = ["", "cells", "points", "min angle", "max angle", "min SJ", "mean SJ", "worst skew", "mean skew", "bad",
-            "rim points lost", "dV/V", "s"]  # fmt: skip
+        rows.append([tool, found] if isinstance(found, str) else [tool, *measured(found[0], mesh), f"{found[1]:.2f}"])
     print(f"\n{name}\n")
     print(table(head, [row + [""] * (len(head) - len(row)) for row in rows]), flush=True)
 
@@ -223,6 +291,8 @@ def main() -> None:
     for jitter in (0.3, 0.75, 1.5):
         points, hexes = thrown_block(options.side, jitter, seed=12)
         compare(f"hexes thrown about by {jitter} of an edge", mesh_of(points, {"hex": hexes}))
+    loose = loose_triangles(5).reshape(-1, 3)
+    compare("loose triangles of a sphere", mesh_of(loose, {"tri": np.arange(len(loose)).reshape(-1, 3)}))
 
 
 if __name__ == "__main__":

@@ -100,45 +100,12 @@ def in_two_zones(mesh):
 
 def sphere(levels=3):
     """(points, tris) of the unit sphere: an octahedron, its triangles cut in four `levels` times."""
-    points = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]
-    points = [np.array(p, float) for p in points]
-    tris = [(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)]
-    for _ in range(levels):
-        middle, finer = {}, []
-
-        def half(a, b, middle=middle):
-            key = (min(a, b), max(a, b))
-            if key not in middle:
-                p = points[a] + points[b]
-                middle[key] = len(points)
-                points.append(p / np.linalg.norm(p))
-            return middle[key]
-
-        for a, b, c in tris:
-            ab, bc, ca = half(a, b), half(b, c), half(c, a)
-            finer += [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-        tris = finer
-    return np.array(points), np.array(tris)
+    return blocks["sphere"](levels)
 
 
 def soup(seed=4):
     """Loose triangles of a sphere with every fault of a bad STL file; see the counts in the test."""
-    r = np.random.default_rng(seed)
-    points, tris = sphere()
-    holes = [10, 100, 200]
-    tris = tris[~np.isin(tris, holes).any(axis=1)]
-    corners = points[tris]
-    corners[::7] = corners[::7, ::-1]  # the other way round
-    a, b, c = corners[50].copy()
-    middle = 0.5 * (a + b)
-    corners[50] = [a, middle, c]  # a T-junction: the neighbour across a-b does not know of the middle
-    extra = [np.array([[middle, b, c]]), corners[[5, 60, 90]]]
-    extra += [np.array([[x[0], x[1], 1.2 * x.mean(axis=0)]]) for x in corners[[20, 70]]]  # fins
-    extra += [np.array([[x[0], x[1], 0.5 * (x[0] + x[1])]]) for x in corners[[30]]]  # flat
-    extra += [0.01 * points[tris[:8]] + [3.0, 0.0, 0.0]]  # a speck
-    loose = np.vstack([corners, *extra])
-    loose = loose + r.uniform(-1e-8, 1e-8, loose.shape)
-    loose = loose[r.permutation(len(loose))]
+    loose = blocks["loose_triangles"](3, seed)
     return Mesh(
         loose.reshape(-1, 3), (CellBlock("tri", np.arange(len(loose)), np.arange(3 * len(loose)).reshape(-1, 3)),)
     )

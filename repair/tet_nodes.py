@@ -90,7 +90,7 @@ def contract(
                 n, low = 0, np.inf
                 for i in range(m):
                     a, b, c, d = tets[old[i], 0], tets[old[i], 1], tets[old[i], 2], tets[old[i], 3]
-                    if into in (a, b, c, d):
+                    if into == a or into == b or into == c or into == d:
                         continue
                     a, b = (into if a == gone else a), (into if b == gone else b)
                     c, d = (into if c == gone else c), (into if d == gone else d)
@@ -144,7 +144,7 @@ def _buried(tets: Ints, cavity: Ints, n: int, rim: Ints, m: int) -> bool:
             p = tets[cavity[i], k]
             seen = False
             for r in range(m):
-                if p in (rim[r, 0], rim[r, 1], rim[r, 2]):
+                if p == rim[r, 0] or p == rim[r, 1] or p == rim[r, 2]:
                     seen = True
                     break
             if not seen:

@@ -50,7 +50,7 @@ def stars(tets: Ints, n_points: int) -> tuple[Ints, Ints]:
     for p in range(n_points):
         begin[p + 1] += begin[p]
     cursor = begin[:-1].copy()
-    items = np.empty(begin[n_points], np.int64)
+    items = np.empty(begin[n_points], np.int32)
     for t in range(tets.shape[0]):
         if tets[t, 0] >= 0:
             for k in range(4):

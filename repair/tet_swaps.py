@@ -191,7 +191,7 @@ def _next_face(tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: in
     """
     for k in range(4):
         v = tets[top, k]
-        if v not in (a, p, q):
+        if v != a and v != p and v != q:
             o = across[top, k]
             if o < 0:
                 return -1, -1, -1

@@ -139,7 +139,7 @@ def _without_worse(mesh: Mesh, points: Floats, placed: list[Grid]) -> list[str]:
         if more > 0:
             refused.append(f"{_named(mesh, grid)} stays: it would have {more} more cells inverted or turned over")
         elif fresh < low - _ROUNDING:
-            refused.append(f"{_named(mesh, grid)} stays: its worst cell would fall from {low:.4g} to {fresh:.4g}")
+            refused.append(f"{_named(mesh, grid)} stays: its worst cell would fall from {low:.9g} to {fresh:.9g}")
         else:
             continue
         points[grid.points] = mesh.points[grid.points]

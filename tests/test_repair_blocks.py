@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from repair_meshes import box, hybrid_layers, random_tets, random_triangles, solid, square
 
 from meshwright.audit import measure
+from meshwright.audit.errors import UsageError
 from meshwright.audit.geometry import total_volume
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
@@ -24,7 +25,7 @@ from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.tfi import tfi_points
 
 OPEN2 = (False, False)
-PLACING = ("tfi", "hermite", "winslow", "elliptic")
+PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
 HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 QUAD = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
@@ -343,6 +344,30 @@ def test_the_control_keeps_the_first_cell_at_a_wall_where_winslow_spreads_it():
     assert np.median(height["winslow"]) > 3.0 * wall
 
 
+def angle_at_floor(mesh, shape):
+    """Smallest angle, in degrees, between the floor of a plate and the lines that leave it."""
+    x = mesh.points[:, :2].reshape(*shape, 2)
+    along, up = x[2:, 0] - x[:-2, 0], (x[:, 1] - x[:, 0])[1:-1]
+    cosine = np.abs(np.sum(along * up, axis=1)) / np.linalg.norm(along, axis=1) / np.linalg.norm(up, axis=1)
+    return float(np.degrees(np.arccos(cosine)).min())
+
+
+@pytest.mark.parametrize("power", [1.0, 1.6])
+def test_lines_leave_the_sides_normally_where_that_is_asked_for(power):
+    mesh = mesh_of(deep_bump(20, depth=0.3, power=power))
+    plain, normal = (repair(mesh, name) for name in ("elliptic", "elliptic-normal"))
+    assert angle_at_floor(plain.after, (41, 21)) < 65.0
+    assert angle_at_floor(normal.after, (41, 21)) > 79.0
+    assert normal.last.bad == 0
+    assert normal.last.worst > plain.last.worst
+
+
+def test_a_control_that_does_not_settle_is_refused_and_nothing_moves():
+    done = repair(mesh_of(deep_bump(40, depth=0.5, power=3.0)), "elliptic-normal")
+    assert not done.changed
+    assert "does not come to a solution" in done.refused[0]
+
+
 def test_a_ring_is_smoothed_by_winslow_and_refused_by_the_control_that_no_side_tells():
     r, t = np.meshgrid(np.linspace(1, 3, 9), np.linspace(0, 2 * np.pi, 33), indexing="ij")
     mesh = mesh_of(np.stack([r * np.cos(t), r * np.sin(t)], axis=-1), closed=[1])
@@ -361,6 +386,20 @@ def test_a_ring_is_smoothed_by_winslow_and_refused_by_the_control_that_no_side_t
 
 
 # all of them
+
+
+@pytest.mark.parametrize("names", ["tfi,elliptic", "winslow,smart-laplace", "hermite,relax"])
+def test_passes_that_would_undo_one_another_are_not_run_together(names):
+    with pytest.raises(UsageError, match="undo one another"):
+        repair(mesh_of(swan(8)), names)
+
+
+def test_a_repair_with_other_passes_comes_to_rest():
+    mesh = mesh_of(swan(18))
+    done = repair(mesh, "orient,untangle,elliptic")
+    assert done.last.bad == 0
+    assert not any("stopped" in text for text in done.refused)
+    assert not repair(done.after, "orient,untangle,elliptic").changed
 
 
 @pytest.mark.parametrize("name", PLACING)

@@ -127,7 +127,7 @@ GROUPS = {
 
 _PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
 _EVERYWHERE = ("relax", "laplace", "smart-laplace")
-"""Passes that place the points of structured blocks, each its own way; and those that move the same points otherwise."""
+"""Passes that place the points of structured blocks, each its own way; and those that move the same points too."""
 
 
 def _compatible(wanted: list[str]) -> None:

@@ -13,8 +13,9 @@ from meshwright.audit.errors import UsageError
 from meshwright.audit.geometry import total_volume
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
+from meshwright.audit.readers import read
 from meshwright.repair import repair
-from meshwright.repair.blocks import structured_grids
+from meshwright.repair.blocks import inside, structured_grids
 from meshwright.repair.cell_quality import KINDS, quality_at
 from meshwright.repair.guards import broken
 from meshwright.repair.held import held_points
@@ -195,6 +196,45 @@ def test_a_ring_is_a_grid_with_a_closed_direction_and_a_shifted_one_is_none():
         assert len(structured_grids(solid(bent.reshape(-1, 3), hex=cells))) == expected
 
 
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.0, 0.3), st.booleans())
+def test_any_part_of_a_brick_falls_into_grids_that_fit_its_cells(seed, holes, solid_cells):
+    r = np.random.default_rng(seed)
+    if solid_cells:
+        table = brick(*(np.arange(n + 1.0) for n in r.integers(2, 6, 3)))
+    else:
+        table = brick(*(np.arange(n + 1.0) for n in r.integers(2, 9, 2)))
+    d = table.ndim - 1
+    whole, _ = shuffled(mesh_of(table), seed)
+    keep = np.flatnonzero(r.random(whole.n_cells) >= holes)
+    if not len(keep):
+        return
+    mesh = solid(whole.points, **{"hex" if d == 3 else "quad": whole.blocks[0].nodes[keep]})
+    cells = [g.cells for g in structured_grids(mesh)]
+    assert len(np.unique(np.concatenate([[], *cells]))) == sum(map(len, cells))
+    for grid in structured_grids(mesh):
+        size = np.array(grid.points.shape) - 1
+        assert len(grid.cells) == size.prod()
+        corners = [tuple(slice(a, a + n) for a, n in zip(c, size, strict=True)) for c in (HEX if d == 3 else QUAD)]
+        expected = np.stack([grid.points[at].ravel() for at in corners], axis=1)
+        assert np.array_equal(np.sort(expected, axis=1), np.sort(mesh.blocks[0].nodes[grid.cells], axis=1))
+        # unit cells: neighbours in the table are one apart, in one direction each
+        for axis in range(d):
+            steps = np.diff(mesh.points[grid.points], axis=axis)
+            assert np.abs(steps - steps[(0,) * d]).max() == 0.0
+
+
+def test_hexes_with_corners_in_common_form_no_grid_and_do_no_harm():
+    table = brick(*(np.arange(5.0),) * 3)
+    mesh = mesh_of(table)
+    nodes = np.array(mesh.blocks[0].nodes)
+    nodes[nodes == nodes[21, 6]] = nodes[21, 5]  # two points inside become one
+    mesh = solid(mesh.points, hex=nodes)
+    for name in ("tfi", "winslow"):
+        assert repair(mesh, name).after.n_cells == mesh.n_cells
+    assert all(len(np.unique(g.points)) == g.points.size for g in structured_grids(mesh))
+
+
 # transfinite interpolation
 
 
@@ -258,6 +298,29 @@ def test_gmsh_places_the_points_of_a_transfinite_surface_alike(seed):
     (grid,) = structured_grids(mesh)
     there = tfi_points(points[grid.points][..., :2], OPEN2)
     assert np.abs(there - points[grid.points][..., :2]).max() < 1e-8  # gmsh walks curves to about that
+
+
+@pytest.mark.parametrize(
+    ("file", "grids", "points"),
+    [
+        ("su2/mesh_wedge_inv.su2", 1, 73 * 48),
+        ("vtk/sfepy_hsphere8.vtk", 3, 3 * 125),
+        ("fluent_legacy/disk.msh.gz", 1, 71 * 85),
+    ],
+)
+def test_meshes_that_other_programs_made_by_transfinite_interpolation_stay_and_come_back(shared, file, grids, points):
+    mesh = repair(read(shared / "meshes" / file), "tfi").after
+    found = structured_grids(mesh)
+    inner = np.concatenate([g.points[inside(g.closed)].ravel() for g in found])
+    assert (len(found), len(np.unique(inner))) == (grids, points)
+    edge = min(np.linalg.norm(np.diff(mesh.points[g.points], axis=a), axis=-1).min() for g in found for a in range(2))
+    spoilt = np.array(mesh.points)
+    d = mesh.cell_dimension
+    spoilt[inner, :d] += np.random.default_rng(2).uniform(-0.3 * edge, 0.3 * edge, (len(inner), d))
+    done = repair(replace(mesh, points=spoilt), "tfi")
+    assert done.changed
+    # the files hold a few digits
+    assert np.abs(done.after.points - mesh.points).max() < 1e-5 * np.ptp(mesh.points)
 
 
 # elliptic smoothing

@@ -1,7 +1,7 @@
 """The driver's quality of single cells of first order, and their sizes, for kernels that try places of a point.
 
 The same numbers as `quality.standing`, with one more sign: a triangle or quad that looks against the normal of its
-surroundings counts below 0. Wedges are left out, since their points are held.
+surroundings counts below -1, less than any other. Wedges are left out, since their points are held.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ def _pyramid_jacobian(points: Floats, cells: Ints, c: int) -> float:
 def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[float, float, float]) -> float:
     """Quality of cell c of the table of point rows (m, 8): see `quality.Standing`.
 
-    kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below 0.
+    kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below -1.
     """
     if kind == _TET:
         return float(quality_of(points, cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]))
@@ -197,7 +197,7 @@ def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[flo
             v = _from(points, cells[c, k], cells[c, (k + 3) % 4])
             product = _length(u) * _length(v) * size
             low = min(low, _dot(_cross(u, v), own) / product if product > 0.0 else 0.0)
-    return low if _dot(own, normal) > 0.0 else -abs(low)
+    return low if _dot(own, normal) > 0.0 else -1.0 - abs(low)
 
 
 @inner

@@ -340,11 +340,10 @@ def _relax(
                         way += step * step
                         if part >= 0.0:
                             x[i, j, k, d] += factor * step
-                    way = max(math.sqrt(way) - rounding, 0.0)
-                    # nan counts as the worst of all
-                    ratio = way / math.sqrt(near) if way != 0.0 else 0.0
-                    worst = worst if ratio <= worst else ratio
-                    if not ratio <= worst:
+                    way = math.sqrt(way) - rounding
+                    if way > 0.0:
+                        worst = max(worst, way / math.sqrt(near))
+                    elif not way <= 0.0:  # nan: the points ran away
                         return np.inf
     return worst
 

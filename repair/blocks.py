@@ -72,8 +72,6 @@ def on_grids(mesh: Mesh, options: Options, place: Place) -> Outcome:
             "structured blocks of quads are placed in a plane z = constant; this mesh is a surface in space"
         )
     held = held_points(mesh, options)
-    if held.all():
-        return Outcome(mesh, 0)
     d = mesh.cell_dimension
     around = np.diff(points_to_cells(mesh)[0])
     points = np.array(mesh.points)
@@ -139,7 +137,7 @@ def _without_worse(mesh: Mesh, points: Floats, placed: list[Grid]) -> list[str]:
         if more > 0:
             refused.append(f"{_named(mesh, grid)} stays: it would have {more} more cells inverted or turned over")
         elif fresh < low - _ROUNDING:
-            refused.append(f"{_named(mesh, grid)} stays: its worst cell would fall from {low:.4g} to {fresh:.4g}")
+            refused.append(f"{_named(mesh, grid)} stays: its worst cell would fall from {low:.9g} to {fresh:.9g}")
         else:
             continue
         points[grid.points] = mesh.points[grid.points]
@@ -148,7 +146,10 @@ def _without_worse(mesh: Mesh, points: Floats, placed: list[Grid]) -> list[str]:
 
 def _judged(mesh: Mesh) -> tuple[Floats, Mask]:
     """(quality, whether inverted) of each cell; a quad that is turned over whole is, though its quality is good."""
-    quality, sizes = standing(mesh).quality, signed_sizes(mesh)
+    flat = mesh
+    if mesh.cell_dimension == 2 and mesh.dimension == 3:  # in a plane z = constant
+        flat = replace(mesh, points=mesh.points * [1.0, 1.0, 0.0], dimension=2)
+    quality, sizes = standing(mesh).quality, signed_sizes(flat)
     turned = sizes * np.sum(sizes) <= 0.0
     return quality, (quality <= 0.0) | turned
 

@@ -1,7 +1,7 @@
 """The driver's quality of single cells of first order, and their sizes, for kernels that try places of a point.
 
 The same numbers as `quality.standing`, with one more sign: a triangle or quad that looks against the normal of its
-surroundings counts below 0. Wedges are left out, since their points are held.
+surroundings counts below -1, less than any other. Wedges are left out, since their points are held.
 """
 
 from __future__ import annotations
@@ -74,40 +74,68 @@ def _plus(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple
 
 
 @inner
-def _angles_of_face(points: Floats, cells: Ints, c: int, kind: int, f: int) -> float:
-    """1 minus the equiangle skew of one face of a cell; a reflex corner gives 0."""
-    n = 3 if _FACES[kind, f, 3] < 0 else 4
-    ideal = math.pi / 3.0 if n == 3 else 0.5 * math.pi
+def _square(u: tuple[float, float, float]) -> float:
+    return u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
+
+
+@inner
+def _angles_of_face(points: Floats, cells: Ints, c: int, kind: int, f: int, n: int) -> tuple[float, float]:
+    """Largest and smallest cotangent of the corners of a face, squared with their signs; (inf, -inf) for no shape.
+
+    A face with a reflex corner, or with an edge without length, has no shape. A corner costs no root in this way.
+    """
     mean = (0.0, 0.0, 0.0)
     if n == 4:
-        p, q, r, s = (
-            cells[c, _FACES[kind, f, 0]],
-            cells[c, _FACES[kind, f, 1]],
-            cells[c, _FACES[kind, f, 2]],
-            cells[c, _FACES[kind, f, 3]],
-        )
+        p, q = cells[c, _FACES[kind, f, 0]], cells[c, _FACES[kind, f, 1]]
+        r, s = cells[c, _FACES[kind, f, 2]], cells[c, _FACES[kind, f, 3]]
         mean = _cross(_from(points, p, r), _from(points, q, s))
-    low = 1.0
+    high, low = -np.inf, np.inf
     for k in range(n):
         o = cells[c, _FACES[kind, f, k]]
-        u = _from(points, o, cells[c, _FACES[kind, f, (k + 1) % n]])
-        v = _from(points, o, cells[c, _FACES[kind, f, (k + n - 1) % n]])
-        w = _cross(u, v)
+        u = _from(points, o, cells[c, _FACES[kind, f, k + 1 if k + 1 < n else 0]])
+        v = _from(points, o, cells[c, _FACES[kind, f, k - 1 if k > 0 else n - 1]])
+        w, along = _cross(u, v), _dot(u, v)
         if n == 4 and _dot(w, mean) < 0.0:
-            return 0.0
-        size, along = _length(w), _dot(u, v)
-        if size == 0.0 and along == 0.0:
-            return 0.0
-        angle = math.atan2(size, along)
-        low = min(low, angle / ideal, (math.pi - angle) / (math.pi - ideal))
-    return low
+            return np.inf, -np.inf
+        cotangent = along * abs(along) / _square(w)
+        if not abs(cotangent) >= 0.0:
+            return np.inf, -np.inf
+        high, low = max(high, cotangent), min(low, cotangent)
+    return high, low
+
+
+@inner
+def _angle(square: float) -> float:
+    """The angle whose cotangent, squared with its sign, this is."""
+    return math.atan2(1.0, math.copysign(math.sqrt(abs(square)), square))
+
+
+@inner
+def _angles(points: Floats, cells: Ints, c: int, kind: int) -> float:
+    """1 minus the equiangle skew of a cell."""
+    tri_high, tri_low, quad_high, quad_low = -np.inf, np.inf, -np.inf, np.inf
+    for f in range(_FACES.shape[1]):
+        if _FACES[kind, f, 0] < 0:
+            break
+        if _FACES[kind, f, 3] < 0:
+            high, low = _angles_of_face(points, cells, c, kind, f, 3)
+            tri_high, tri_low = max(tri_high, high), min(tri_low, low)
+        else:
+            high, low = _angles_of_face(points, cells, c, kind, f, 4)
+            quad_high, quad_low = max(quad_high, high), min(quad_low, low)
+    fit = 1.0
+    if tri_high > -np.inf:
+        fit = min(_angle(tri_high) * (3.0 / math.pi), (math.pi - _angle(tri_low)) * (1.5 / math.pi))
+    if quad_high > -np.inf:
+        fit = min(fit, _angle(quad_high) * (2.0 / math.pi), (math.pi - _angle(quad_low)) * (2.0 / math.pi))
+    return fit
 
 
 @inner
 def _scaled(u: tuple[float, float, float], v: tuple[float, float, float], w: tuple[float, float, float]) -> float:
-    """Determinant of three edges over the product of their lengths."""
-    product = _length(u) * _length(v) * _length(w)
-    return _dot(u, _cross(v, w)) / product if product > 0.0 else 0.0
+    """Determinant of three edges over the product of their lengths, squared with its sign."""
+    product, det = _square(u) * _square(v) * _square(w), _dot(u, _cross(v, w))
+    return det * abs(det) / product if product > 0.0 else 0.0
 
 
 @inner
@@ -127,7 +155,8 @@ def _hex_jacobian(points: Floats, cells: Ints, c: int) -> float:
     u = (a[0] - b[0] - d[0] + e[0], a[1] - b[1] - d[1] + e[1], a[2] - b[2] - d[2] + e[2])
     v = (a[0] + b[0] - d[0] - e[0], a[1] + b[1] - d[1] - e[1], a[2] + b[2] - d[2] - e[2])
     w = (a[0] + b[0] + d[0] + e[0], a[1] + b[1] + d[1] + e[1], a[2] + b[2] + d[2] + e[2])
-    return min(low, _scaled(u, v, w))
+    low = min(low, _scaled(u, v, w))
+    return math.copysign(math.sqrt(abs(low)), low)
 
 
 @inner
@@ -150,14 +179,11 @@ def _pyramid_jacobian(points: Floats, cells: Ints, c: int) -> float:
 def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[float, float, float]) -> float:
     """Quality of cell c of the table of point rows (m, 8): see `quality.Standing`.
 
-    kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below 0.
+    kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below -1.
     """
     if kind == _TET:
         return float(quality_of(points, cells[c, 0], cells[c, 1], cells[c, 2], cells[c, 3]))
-    low = np.inf
-    for f in range(_FACES.shape[1]):
-        if _FACES[kind, f, 0] >= 0:
-            low = min(low, _angles_of_face(points, cells, c, kind, f))
+    low = _angles(points, cells, c, kind)
     if kind == _HEX:
         return min(low, _hex_jacobian(points, cells, c))
     if kind == _PYRAMID:
@@ -171,7 +197,7 @@ def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[flo
             v = _from(points, cells[c, k], cells[c, (k + 3) % 4])
             product = _length(u) * _length(v) * size
             low = min(low, _dot(_cross(u, v), own) / product if product > 0.0 else 0.0)
-    return low if _dot(own, normal) > 0.0 else -abs(low)
+    return low if _dot(own, normal) > 0.0 else -1.0 - abs(low)
 
 
 @inner

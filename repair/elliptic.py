@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,11 @@ from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Mesh
 from meshwright.repair.blocks import Closed, on_grids
 from meshwright.repair.outcome import Options, Outcome
-from meshwright.repair.tfi import tfi_points, transfinite
+from meshwright.repair.tfi import enclosed_area, tfi_points, transfinite
 
 Control = Callable[[Floats, Closed], Floats]
 
-__all__ = ["elliptic", "elliptic_points", "thomas_middlecoff", "winslow"]
+__all__ = ["elliptic", "elliptic_normal", "elliptic_points", "normal_points", "thomas_middlecoff", "winslow"]
 
 _RESIDUAL = 1e-10
 """Way that an equation would move its point, over half the shortest distance of opposite neighbours: solved."""
@@ -42,6 +43,15 @@ _MOST_SWEEPS = 60
 """Sweeps, times the points along the longest direction, after which a solution is given up."""
 _DAMPED = (1.0, 0.95, 0.8, 0.5)
 """Parts of the over-relaxation that are tried, the largest first."""
+_FADING = 0.3
+"""Of the terms that make lines normal: e times smaller every three cells or so."""
+_SHARE, _LEAST_SHARE = 0.1, 0.005
+"""Part of its change by which that control is brought up to date each turn, and the least that is tried."""
+_FEW, _LOOK, _MOST_TURNS = 10, 100, 3000
+"""Sweeps a turn, turns between two looks at how it settles, and turns after which it is given up."""
+_SETTLED = 1e-8
+"""Change of the control at which it counts as found."""
+_NO_SOLUTION = "the iteration for its elliptic equations does not come to a solution"
 _STRONGEST = 2.0
 """Control function of a spacing that grows without limit from one edge to the next; larger ones come from kinks."""
 
@@ -56,6 +66,13 @@ def elliptic(mesh: Mesh, options: Options) -> Outcome:
     return on_grids(mesh, options, lambda points, closed: elliptic_points(points, closed, thomas_middlecoff, options))
 
 
+def elliptic_normal(mesh: Mesh, options: Options) -> Outcome:
+    """The same with lines that leave the sides normally; blocks of quads."""
+    if mesh.cell_dimension == 3:
+        raise MeshError("elliptic-normal smooths blocks of quads in the plane; this mesh has 3-D cells: use elliptic")
+    return on_grids(mesh, options, lambda points, closed: normal_points(points, closed, options))
+
+
 def elliptic_points(points: Floats, closed: Closed, control: Control | None, options: Options) -> Floats:
     """The points (n0 + 1, n1 + 1[, n2 + 1], d) of a grid with those inside where the equations are solved.
 
@@ -65,17 +82,84 @@ def elliptic_points(points: Floats, closed: Closed, control: Control | None, opt
     """
     if all(closed):
         raise MeshError("all its directions are closed, so that it has no sides to start from")
-    d = points.shape[-1]
-    low, high = points.reshape(-1, d).min(axis=0), points.reshape(-1, d).max(axis=0)
-    origin, size = 0.5 * (low + high), 0.5 * float((high - low).max())
-    rounding = _ROUNDING * (1.0 + float(np.abs(origin).max()) / size)
+    origin, size, rounding = _frame(points, closed)
     x = (points - origin) / size
     if _Solver(x, closed, control, rounding).residual(x) <= _RESIDUAL:
         return points
     found = _solution(x, closed, control, rounding, _RESIDUAL, options)
     if found is None:
-        raise MeshError("the iteration for its elliptic equations does not come to a solution")
+        raise MeshError(_NO_SOLUTION)
     return found * size + origin
+
+
+def _frame(points: Floats, closed: Closed) -> tuple[Floats, float, float]:
+    """(middle, half of the size, rounding in units of it) of the sides of a block: they do not move."""
+    d = points.shape[-1]
+    sides = [np.take(points, [0, -1], axis=axis).reshape(-1, d) for axis, turn in enumerate(closed) if not turn]
+    low, high = np.concatenate(sides).min(axis=0), np.concatenate(sides).max(axis=0)
+    origin, size = 0.5 * (low + high), 0.5 * float((high - low).max())
+    return origin, size, _ROUNDING * (1.0 + float(np.abs(origin).max()) / size)
+
+
+def normal_points(points: Floats, closed: Closed, options: Options) -> Floats:
+    """The points (n0 + 1, n1 + 1, 2) of a grid in the plane, with lines that leave its sides normally.
+
+    The control of Thomas and Middlecoff gets a term from each side, fading inwards, with which a line normal to the
+    side solves the equations there, its first step as long as those at the ends of the side tell (J. L. Steger and
+    R. L. Sorenson, Automatic mesh-point clustering near a boundary in grid generation with elliptic partial
+    differential equations, J. Comput. Phys. 33, 1979). The terms depend on the solution and are found together with it.
+    """
+    if any(closed):
+        raise MeshError("it is closed in one direction, across which no side tells the spacing: `winslow` needs none")
+    origin, size, rounding = _frame(points, closed)
+    x = (points - origin) / size
+    hand = float(np.sign(enclosed_area(x)))
+    start = _solution(x, closed, thomas_middlecoff, rounding, _ROUGH, options)
+    if start is None or hand == 0.0:
+        raise MeshError(_NO_SOLUTION)
+    solver = _Solver(x, closed, thomas_middlecoff, rounding)
+    here, base = solver.cut(start), solver.control.copy()
+    share, before = _SHARE, np.inf
+    for turn in range(_MOST_TURNS):
+        options.tell("relax", turn, _MOST_TURNS)
+        wanted = base.copy()
+        for axis, end in product((0, 1), (0, -1)):
+            _add_side(wanted[:, :, 0], here[:, :, 0, :2], base[:, :, 0], axis, end, hand)
+        gap = np.clip(wanted, -_STRONGEST, _STRONGEST) - solver.control
+        solver.control += share * gap
+        residual, change = solver.sweep(here, 0.5, _FEW), float(np.abs(gap).max())
+        if residual <= _RESIDUAL and change <= _SETTLED:
+            return solver.whole(here, start) * size + origin
+        if turn % _LOOK == _LOOK - 1:
+            share *= 1.0 if change < 0.5 * before else 0.5
+            before = change
+        if not residual < np.inf or share < _LEAST_SHARE:
+            break
+    raise MeshError(_NO_SOLUTION)
+
+
+def _add_side(wanted: Floats, x: Floats, base: Floats, axis: int, end: int, hand: float) -> None:
+    """Add to the control `wanted` (n0, n1, 3) the terms of the side where the index `axis` ends.
+
+    x (n0, n1, 2), base (n0, n1, 3): the control without the sides. hand: sign of the area that the sides enclose.
+    """
+    turned = slice(None, None, -1 if end else 1)
+    y, f, known = (np.moveaxis(a, axis, 0)[turned] for a in (x, wanted, base))
+    side = y[0]
+    along, bend = 0.5 * (side[2:] - side[:-2]), side[2:] - 2.0 * side[1:-1] + side[:-2]
+    square = np.sum(along * along, axis=1)
+    way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(side, axis=0), axis=1))]
+    ends = np.linalg.norm(y[1, [0, -1]] - side[[0, -1]], axis=1)
+    height = ends[0] + (ends[1] - ends[0]) * way[1:-1] / way[-1]
+    left = hand if (axis == 1) == (end == 0) else -hand
+    step = (left * height / np.sqrt(square))[:, None] * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    # the second derivative across the side, by its first derivative `step` there and two points inside
+    curve = 0.5 * (8.0 * y[1, 1:-1] - y[2, 1:-1] - 7.0 * side[1:-1]) - 3.0 * step
+    beside = -np.sum(along * bend, axis=1) / square - np.sum(along * curve, axis=1) / height**2
+    across = -np.sum(step * curve, axis=1) / height**2 - np.sum(step * bend, axis=1) / square
+    fade = np.exp(-_FADING * np.arange(len(y)))[:, None]
+    f[:, 1:-1, 1 - axis] += fade * (beside - known[0, 1:-1, 1 - axis])
+    f[:, 1:-1, axis] += fade * ((-across if end else across) - known[0, 1:-1, axis])
 
 
 def _solution(
@@ -157,7 +241,7 @@ class _Solver:
 
     def residual(self, x: Floats) -> float:
         """Largest residual at x."""
-        return self._relax(self.cut(x), -1.0, 1)
+        return self.sweep(self.cut(x), -1.0, 1)
 
     def solve(self, start: Floats, aim: float, options: Options) -> Floats | None:
         """The solution to a residual of `aim`, None where it is not reached.
@@ -168,13 +252,13 @@ class _Solver:
         longest = max(x.shape)
         most = _MOST_SWEEPS * longest
         for part in _DAMPED:
-            self._relax(x, 0.0, _FIRST)
+            self.sweep(x, 0.0, _FIRST)
             lowest, since = np.inf, 0
             for turn in range(0, most, _TURN):
                 options.tell("relax", turn, most)
-                residual = self._relax(x, part, _TURN)
-                if residual <= 0.3 * aim and self._relax(x, -1.0, 1) <= 0.5 * aim:
-                    return self._whole(x, start)
+                residual = self.sweep(x, part, _TURN)
+                if residual <= 0.3 * aim and self.sweep(x, -1.0, 1) <= 0.5 * aim:
+                    return self.whole(x, start)
                 since = 0 if residual < 0.9 * lowest else since + _TURN
                 lowest = min(lowest, residual)
                 if not residual < np.inf or since > 2 * longest + 200:
@@ -183,14 +267,15 @@ class _Solver:
                 x = self.cut(start)
         return None
 
-    def _whole(self, x: Floats, like: Floats) -> Floats:
+    def whole(self, x: Floats, like: Floats) -> Floats:
         """Back to (n0 + 1, n1 + 1[, n2 + 1], d)."""
         d = like.shape[-1]
         out = x.reshape(*x.shape[:d], 3)[..., :d]
         wrap = [(0, n - m) for n, m in zip(like.shape, out.shape, strict=True)]
         return np.pad(out, wrap, mode="wrap")
 
-    def _relax(self, x: Floats, part: float, sweeps: int) -> float:
+    def sweep(self, x: Floats, part: float, sweeps: int) -> float:
+        """Sweep so often; the largest residual of the last sweep. part: of the over-relaxation, see `_relax`."""
         return float(_relax(x, self.control, self.closed, self.slowest, part, self.rounding, sweeps))
 
 
@@ -255,11 +340,10 @@ def _relax(
                         way += step * step
                         if part >= 0.0:
                             x[i, j, k, d] += factor * step
-                    way = max(math.sqrt(way) - rounding, 0.0)
-                    # nan counts as the worst of all
-                    ratio = way / math.sqrt(near) if way != 0.0 else 0.0
-                    worst = worst if ratio <= worst else ratio
-                    if not ratio <= worst:
+                    way = math.sqrt(way) - rounding
+                    if way > 0.0:
+                        worst = max(worst, way / math.sqrt(near))
+                    elif not way <= 0.0:  # nan: the points ran away
                         return np.inf
     return worst
 

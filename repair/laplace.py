@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import edges, points_to_cells
+from meshwright.audit.errors import MeshError
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import in_parallel
@@ -57,6 +58,10 @@ def laplace(mesh: Mesh, options: Options) -> Outcome:
         options.tell("laplace", sweep, _PLAIN_SWEEPS)
         sums = [np.bincount(ends[:, 0], points[ends[:, 1], axis], len(free))[rows] for axis in range(mesh.dimension)]
         points[rows, : mesh.dimension] = np.stack(sums, axis=1) / count[:, None]
+    if mesh.cell_dimension == 2 and mesh.dimension == 3:
+        over = _turned_over(mesh, points)
+        if over:
+            raise MeshError(f"{over} cells of the surface would be turned over")
     return _outcome(mesh, points)
 
 
@@ -80,6 +85,17 @@ def odt(mesh: Mesh, options: Options) -> Outcome:
     return _guarded(mesh, options, rows[~other[rows]], _ODT)
 
 
+def _turned_over(mesh: Mesh, points: Floats) -> int:
+    """Cells of a surface whose normal points the other way with its points there: no quality and no volume tells."""
+    over = 0
+    for block in mesh.blocks:
+        last = CELL_TYPES[block.type].n_corners - 1
+        a, b, c, d = (block.nodes[:, k] for k in (0, 1, 2, last))
+        old, new = (np.cross(x[c] - x[a], x[d] - x[b]) for x in (mesh.points, points))
+        over += int(np.count_nonzero(np.einsum("ij,ij->i", old, new) < 0.0))
+    return over
+
+
 def _outcome(mesh: Mesh, points: Floats) -> Outcome:
     moved = int(np.count_nonzero((points != mesh.points).any(axis=1)))
     return Outcome(with_points(mesh, points), moved, "points moved")
@@ -97,24 +113,29 @@ def _free(mesh: Mesh, options: Options) -> Ints:
 
 def _level(mesh: Mesh) -> Mask:
     """(n,) points of a surface whose cells lie in one plane and look the same way."""
-    normals = np.zeros((len(mesh.points), 3))
-    corners = []
+    means = np.zeros((len(mesh.points), 3))
+    whole, corners = [], []
     for block in mesh.blocks:
         n = CELL_TYPES[block.type].n_corners
-        for k in range(n):
-            o, a, b = (block.nodes[:, (k + i) % n] for i in (0, 1, n - 1))
-            normal = np.cross(mesh.points[a] - mesh.points[o], mesh.points[b] - mesh.points[o])
-            length = np.linalg.norm(normal, axis=1, keepdims=True)
-            normal = np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0)
-            corners.append((block.nodes, normal))
-            np.add.at(normals, block.nodes, normal[:, None])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.divide(normals, length, out=np.zeros_like(normals), where=length > 0.0)
-    level: Mask = np.ones(len(normals), np.bool_)
-    for nodes, normal in corners:
-        tilted = np.einsum("ikx,ix->ik", normals[nodes], normal) < 1.0 - _LEVEL
-        level[nodes[tilted]] = False
+        x = mesh.points[block.nodes]
+        whole.append((block.nodes, _unit(np.cross(x[:, 2] - x[:, 0], x[:, n - 1] - x[:, 1]))))
+        corners += [
+            (block.nodes, _unit(np.cross(x[:, (k + 1) % n] - x[:, k], x[:, k - 1] - x[:, k]))) for k in range(n)
+        ]
+        np.add.at(means, block.nodes, whole[-1][1][:, None])
+    means = _unit(means)
+    level: Mask = np.ones(len(means), np.bool_)
+    for nodes, normal in whole:
+        level[nodes[np.einsum("ikx,ix->ik", means[nodes], normal) < 1.0 - _LEVEL]] = False
+    for nodes, normal in corners:  # those of a reflex corner look the other way
+        level[nodes[np.abs(np.einsum("ikx,ix->ik", means[nodes], normal)) < 1.0 - _LEVEL]] = False
     return level
+
+
+def _unit(vectors: Floats) -> Floats:
+    """Vectors (n, 3) of length 1, 0 where they have none."""
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
 
 
 def _guarded(mesh: Mesh, options: Options, rows: Ints, aim: int) -> Outcome:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
-from meshwright.repair.elliptic import elliptic, winslow
+from meshwright.repair.elliptic import elliptic, elliptic_normal, winslow
 from meshwright.repair.engines import pymeshlab_repair, trimesh_repair
 from meshwright.repair.intersections import untie
 from meshwright.repair.laplace import laplace, odt, smart_laplace
@@ -141,6 +141,13 @@ PASSES = {
             explicit=True,
         ),
         Pass(
+            "elliptic-normal",
+            "the same with lines normal to the sides, for blocks of quads",
+            elliptic_normal,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
             "laplace",
             "move points to the mean of their neighbours; can invert cells, and is rolled back where it harms",
             laplace,
@@ -180,6 +187,21 @@ GROUPS = {
 """Names that stand for several passes: `surface` makes one closed surface out of the loose triangles of an STL file."""
 
 
+_PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
+_EVERYWHERE = ("relax", "laplace", "smart-laplace")
+"""Passes that place the points of structured blocks, each its own way; and those that move the same points too."""
+
+
+def _compatible(wanted: list[str]) -> None:
+    """UsageError where two passes would undo one another round after round, so that the repair came to no rest."""
+    placing = [name for name in _PLACING if name in wanted]
+    others = placing[1:] + [name for name in _EVERYWHERE if name in wanted]
+    if placing and others:
+        raise UsageError(
+            f"{placing[0]} and {others[0]} would undo one another: name one, and the other in a second run"
+        )
+
+
 def select_passes(names: str | None) -> tuple[Pass, ...]:
     """The passes named, with commas, in the order of the table; those of a plain repair for None."""
     if names is None:
@@ -191,4 +213,5 @@ def select_passes(names: str | None) -> tuple[Pass, ...]:
             raise UsageError(f"unknown pass {name[:60]!r}; known are {', '.join((*GROUPS, *PASSES))}")
     if not wanted:
         raise UsageError(f"no pass named; known are {', '.join(PASSES)}")
+    _compatible(wanted)
     return tuple(row for row in PASSES.values() if row.name in wanted)

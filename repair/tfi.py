@@ -18,7 +18,7 @@ from meshwright.audit.mesh import Floats, Mesh
 from meshwright.repair.blocks import Closed, on_grids
 from meshwright.repair.outcome import Options, Outcome
 
-__all__ = ["hermite", "hermite_points", "tfi", "tfi_points", "transfinite"]
+__all__ = ["enclosed_area", "hermite", "hermite_points", "tfi", "tfi_points", "transfinite"]
 
 _MOST_TURNS = 1000
 _SETTLED = 1e-15
@@ -126,12 +126,9 @@ def hermite_points(points: Floats, closed: Closed) -> Floats:
     origin = points.reshape(-1, 2).mean(axis=0)
     x = points - origin
     (_, u), (_, v) = blending(points, closed)
-    rim = np.concatenate([x[:-1, 0], x[-1, :-1], x[:0:-1, -1], x[0, :0:-1]])
-    after = np.roll(rim, -1, axis=0)
-    area = float(np.sum(rim[:, 0] * after[:, 1] - rim[:, 1] * after[:, 0]))
-    if area == 0.0:
+    hand = float(np.sign(enclosed_area(x)))
+    if hand == 0.0:
         raise MeshError("its sides enclose no area")
-    hand = np.sign(area)
     # slopes at the corners, [end of u][end of v]: of the sides, then how those across the sides change along them
     by_u = np.stack([_end_slopes(x[:, e], u[:, e]) for e in (0, -1)], axis=1)
     by_v = np.stack([_end_slopes(x[e], v[e]) for e in (0, -1)])
@@ -151,6 +148,13 @@ def hermite_points(points: Floats, closed: Closed) -> Floats:
         for j in range(4):
             total -= (h[i] * k[j])[..., None] * corners[i, j]
     return total + origin
+
+
+def enclosed_area(x: Floats) -> float:
+    """Area that the sides of a flat grid (n0, n1, 2) enclose; negative where its directions form a left hand."""
+    rim = np.concatenate([x[:-1, 0], x[-1, :-1], x[:0:-1, -1], x[0, :0:-1]])
+    after = np.roll(rim, -1, axis=0)
+    return 0.5 * float(np.sum(rim[:, 0] * after[:, 1] - rim[:, 1] * after[:, 0]))
 
 
 def _cubics(t: Floats) -> list[Floats]:

@@ -9,11 +9,13 @@ from hypothesis import strategies as st
 from repair_meshes import box, hybrid_layers, random_tets, random_triangles, solid, square
 
 from meshwright.audit import measure
+from meshwright.audit.errors import UsageError
 from meshwright.audit.geometry import total_volume
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
+from meshwright.audit.readers import read
 from meshwright.repair import repair
-from meshwright.repair.blocks import structured_grids
+from meshwright.repair.blocks import inside, structured_grids
 from meshwright.repair.cell_quality import KINDS, quality_at
 from meshwright.repair.guards import broken
 from meshwright.repair.held import held_points
@@ -24,7 +26,7 @@ from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.tfi import tfi_points
 
 OPEN2 = (False, False)
-PLACING = ("tfi", "hermite", "winslow", "elliptic")
+PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
 HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 QUAD = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
@@ -194,6 +196,45 @@ def test_a_ring_is_a_grid_with_a_closed_direction_and_a_shifted_one_is_none():
         assert len(structured_grids(solid(bent.reshape(-1, 3), hex=cells))) == expected
 
 
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10**6), st.floats(0.0, 0.3), st.booleans())
+def test_any_part_of_a_brick_falls_into_grids_that_fit_its_cells(seed, holes, solid_cells):
+    r = np.random.default_rng(seed)
+    if solid_cells:
+        table = brick(*(np.arange(n + 1.0) for n in r.integers(2, 6, 3)))
+    else:
+        table = brick(*(np.arange(n + 1.0) for n in r.integers(2, 9, 2)))
+    d = table.ndim - 1
+    whole, _ = shuffled(mesh_of(table), seed)
+    keep = np.flatnonzero(r.random(whole.n_cells) >= holes)
+    if not len(keep):
+        return
+    mesh = solid(whole.points, **{"hex" if d == 3 else "quad": whole.blocks[0].nodes[keep]})
+    cells = [g.cells for g in structured_grids(mesh)]
+    assert len(np.unique(np.concatenate([[], *cells]))) == sum(map(len, cells))
+    for grid in structured_grids(mesh):
+        size = np.array(grid.points.shape) - 1
+        assert len(grid.cells) == size.prod()
+        corners = [tuple(slice(a, a + n) for a, n in zip(c, size, strict=True)) for c in (HEX if d == 3 else QUAD)]
+        expected = np.stack([grid.points[at].ravel() for at in corners], axis=1)
+        assert np.array_equal(np.sort(expected, axis=1), np.sort(mesh.blocks[0].nodes[grid.cells], axis=1))
+        # unit cells: neighbours in the table are one apart, in one direction each
+        for axis in range(d):
+            steps = np.diff(mesh.points[grid.points], axis=axis)
+            assert np.abs(steps - steps[(0,) * d]).max() == 0.0
+
+
+def test_hexes_with_corners_in_common_form_no_grid_and_do_no_harm():
+    table = brick(*(np.arange(5.0),) * 3)
+    mesh = mesh_of(table)
+    nodes = np.array(mesh.blocks[0].nodes)
+    nodes[nodes == nodes[21, 6]] = nodes[21, 5]  # two points inside become one
+    mesh = solid(mesh.points, hex=nodes)
+    for name in ("tfi", "winslow"):
+        assert repair(mesh, name).after.n_cells == mesh.n_cells
+    assert all(len(np.unique(g.points)) == g.points.size for g in structured_grids(mesh))
+
+
 # transfinite interpolation
 
 
@@ -257,6 +298,29 @@ def test_gmsh_places_the_points_of_a_transfinite_surface_alike(seed):
     (grid,) = structured_grids(mesh)
     there = tfi_points(points[grid.points][..., :2], OPEN2)
     assert np.abs(there - points[grid.points][..., :2]).max() < 1e-8  # gmsh walks curves to about that
+
+
+@pytest.mark.parametrize(
+    ("file", "grids", "points"),
+    [
+        ("su2/mesh_wedge_inv.su2", 1, 73 * 48),
+        ("vtk/sfepy_hsphere8.vtk", 3, 3 * 125),
+        ("fluent_legacy/disk.msh.gz", 1, 71 * 85),
+    ],
+)
+def test_meshes_that_other_programs_made_by_transfinite_interpolation_stay_and_come_back(shared, file, grids, points):
+    mesh = repair(read(shared / "meshes" / file), "tfi").after
+    found = structured_grids(mesh)
+    inner = np.concatenate([g.points[inside(g.closed)].ravel() for g in found])
+    assert (len(found), len(np.unique(inner))) == (grids, points)
+    edge = min(np.linalg.norm(np.diff(mesh.points[g.points], axis=a), axis=-1).min() for g in found for a in range(2))
+    spoilt = np.array(mesh.points)
+    d = mesh.cell_dimension
+    spoilt[inner, :d] += np.random.default_rng(2).uniform(-0.3 * edge, 0.3 * edge, (len(inner), d))
+    done = repair(replace(mesh, points=spoilt), "tfi")
+    assert done.changed
+    # the files hold a few digits
+    assert np.abs(done.after.points - mesh.points).max() < 1e-5 * np.ptp(mesh.points)
 
 
 # elliptic smoothing
@@ -343,6 +407,30 @@ def test_the_control_keeps_the_first_cell_at_a_wall_where_winslow_spreads_it():
     assert np.median(height["winslow"]) > 3.0 * wall
 
 
+def angle_at_floor(mesh, shape):
+    """Smallest angle, in degrees, between the floor of a plate and the lines that leave it."""
+    x = mesh.points[:, :2].reshape(*shape, 2)
+    along, up = x[2:, 0] - x[:-2, 0], (x[:, 1] - x[:, 0])[1:-1]
+    cosine = np.abs(np.sum(along * up, axis=1)) / np.linalg.norm(along, axis=1) / np.linalg.norm(up, axis=1)
+    return float(np.degrees(np.arccos(cosine)).min())
+
+
+@pytest.mark.parametrize("power", [1.0, 1.6])
+def test_lines_leave_the_sides_normally_where_that_is_asked_for(power):
+    mesh = mesh_of(deep_bump(20, depth=0.3, power=power))
+    plain, normal = (repair(mesh, name) for name in ("elliptic", "elliptic-normal"))
+    assert angle_at_floor(plain.after, (41, 21)) < 65.0
+    assert angle_at_floor(normal.after, (41, 21)) > 79.0
+    assert normal.last.bad == 0
+    assert normal.last.worst > plain.last.worst
+
+
+def test_a_control_that_does_not_settle_is_refused_and_nothing_moves():
+    done = repair(mesh_of(deep_bump(40, depth=0.5, power=3.0)), "elliptic-normal")
+    assert not done.changed
+    assert "does not come to a solution" in done.refused[0]
+
+
 def test_a_ring_is_smoothed_by_winslow_and_refused_by_the_control_that_no_side_tells():
     r, t = np.meshgrid(np.linspace(1, 3, 9), np.linspace(0, 2 * np.pi, 33), indexing="ij")
     mesh = mesh_of(np.stack([r * np.cos(t), r * np.sin(t)], axis=-1), closed=[1])
@@ -361,6 +449,20 @@ def test_a_ring_is_smoothed_by_winslow_and_refused_by_the_control_that_no_side_t
 
 
 # all of them
+
+
+@pytest.mark.parametrize("names", ["tfi,elliptic", "winslow,smart-laplace", "hermite,relax"])
+def test_passes_that_would_undo_one_another_are_not_run_together(names):
+    with pytest.raises(UsageError, match="undo one another"):
+        repair(mesh_of(swan(8)), names)
+
+
+def test_a_repair_with_other_passes_comes_to_rest():
+    mesh = mesh_of(swan(18))
+    done = repair(mesh, "orient,untangle,elliptic")
+    assert done.last.bad == 0
+    assert not any("stopped" in text for text in done.refused)
+    assert not repair(done.after, "orient,untangle,elliptic").changed
 
 
 @pytest.mark.parametrize("name", PLACING)
@@ -466,6 +568,29 @@ def test_plain_smoothing_harms_a_concave_patch_and_is_rolled_back_and_the_guarde
         assert done.last.worst >= done.first.worst
 
 
+@pytest.mark.parametrize("kind", ["tri", "quad"])
+def test_a_surface_that_plain_smoothing_would_turn_over_is_refused(kind):
+    flat = arrow(kind)
+    wall = replace(flat, points=flat.points[:, [2, 0, 1]], dimension=3)
+    done = repair(wall, "laplace")
+    assert not done.changed
+    assert "turned over" in done.refused[0]
+    guarded = repair(wall, "smart-laplace").after
+    assert np.abs(guarded.points - repair(flat, "smart-laplace").after.points[:, [2, 0, 1]]).max() < 1e-12
+
+
+def test_blocks_in_a_plane_above_the_ground_are_placed_as_on_it():
+    flat = mesh_of(swan(18))
+    high = replace(flat, points=flat.points + [0.0, 0.0, 2.0], dimension=3)
+    one, two = repair(flat, "elliptic").after.points, repair(high, "elliptic").after.points
+    assert np.array_equal(one[:, :2], two[:, :2])
+    assert (two[:, 2] == 2.0).all()
+    smooth = repair(flat, "winslow").after
+    again = repair(replace(smooth, points=smooth.points + [0.0, 0.0, 2.0], dimension=3), "tfi")
+    assert not again.changed
+    assert "turned over" in again.refused[0]
+
+
 def test_a_flat_triangle_that_is_turned_over_whole_is_seen_by_the_driver():
     mesh = arrow("tri")
     row = Pass("p", "p", laplace, nothing_worse="in regions")
@@ -534,7 +659,7 @@ def test_the_quality_by_which_moves_are_kept_is_the_drivers(kind):
     qualities(mesh.points, cells, KINDS.index(kind), 1.0, own)
     right = signed_sizes(mesh) > 0.0
     assert np.abs(own - expected)[right].max() < 1e-12
-    assert (own[~right] <= 0.0).all()
+    assert (own[~right] < (-1.0 if kind in ("tri", "quad") else 0.0)).all()
 
 
 @pytest.mark.parametrize("name", ["laplace", "smart-laplace", "odt"])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from meshwright.audit.errors import UsageError
 from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unused, weld
+from meshwright.repair.delaunay import insert_delaunay
 from meshwright.repair.elliptic import elliptic, elliptic_normal, winslow
 from meshwright.repair.engines import pymeshlab_repair, trimesh_repair
 from meshwright.repair.intersections import untie
@@ -86,6 +87,14 @@ PASSES = {
             "insert-centroids",
             "cut triangles and tets 1:3 and 1:4 at their middle; this lowers the quality",
             insert_centroids,
+            nothing_worse="nowhere",
+            explicit=True,
+            once=True,
+        ),
+        Pass(
+            "insert-delaunay",
+            "put points at circumcentres of poor tets, or of those over --max-edge, by Delaunay cavities",
+            insert_delaunay,
             nothing_worse="nowhere",
             explicit=True,
             once=True,

@@ -20,7 +20,7 @@ from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.split import linear_only
 from meshwright.repair.templates import OCTAHEDRON, tet_children, tri_children, whole_children
 
-__all__ = ["bisect", "insert_centroids", "refine"]
+__all__ = ["bisect", "chosen_cells", "insert_centroids", "refine"]
 
 Mask = NDArray[np.bool_]
 
@@ -57,7 +57,7 @@ def _keys(block: CellBlock, n: int) -> Ints:
     return ends.min(axis=2) * n + ends.max(axis=2)
 
 
-def _chosen(mesh: Mesh, options: Options) -> Mask:
+def chosen_cells(mesh: Mesh, options: Options) -> Mask:
     """(n_cells,) the cells that are to be refined; UsageError for a glob that matches no zone of cells."""
     if not options.refine:
         return np.ones(mesh.n_cells, np.bool_)
@@ -95,7 +95,7 @@ def refine(mesh: Mesh, options: Options) -> Outcome:
     current, origin, cells_from, cut = mesh, np.arange(len(mesh.points)), np.arange(mesh.n_cells), 0
     for _ in range(_MOST_ROUNDS if options.max_edge is not None else 1):
         edges = _Edges.of(current)
-        marked = _of_chosen(current, edges, _chosen(current, options))
+        marked = _of_chosen(current, edges, chosen_cells(current, options))
         if options.max_edge is not None:
             marked &= _lengths(current, edges) > options.max_edge
         if not marked.any():
@@ -124,7 +124,7 @@ def bisect(mesh: Mesh, options: Options) -> Outcome:
         length = _lengths(current, edges)
         rank = np.empty(len(length), np.int64)
         rank[np.lexsort((np.arange(len(length)), length))] = np.arange(len(length))
-        wanted = (length > options.max_edge) & _of_chosen(current, edges, _chosen(current, options))
+        wanted = (length > options.max_edge) & _of_chosen(current, edges, chosen_cells(current, options))
         if not wanted.any():
             break
         tables = [edges.rows(block) for block in current.blocks]
@@ -149,7 +149,7 @@ def bisect(mesh: Mesh, options: Options) -> Outcome:
 def insert_centroids(mesh: Mesh, options: Options) -> Outcome:
     """Cut each chosen triangle into three and each chosen tet into four at its middle."""
     linear_only(mesh)
-    chosen = _chosen(mesh, options)
+    chosen = chosen_cells(mesh, options)
     if not {block.type for block in mesh.blocks} <= set(_SIMPLICES):
         raise MeshError("only triangles and tets can be cut at their middle; split-to-tets makes them of other cells")
     points: list[Floats] = []

@@ -79,15 +79,15 @@ class TetTables:
         m = len(tets)
         capacity = m + int(_ROOM * m) + 64
         # the kernels wait for memory: narrow tables are worth a fifth of the time, and half the room
-        narrow = np.int32 if 4 * capacity < 2**31 else np.int64
+        narrow: type[np.integer] = np.int32 if 4 * capacity < 2**31 else np.int64
         table = np.full((capacity, 4), -1, narrow)
         table[:m] = tets
         across = np.full((capacity, 4), -1, narrow)
         across[:m] = neighbours(table[:m], len(points), np.ascontiguousarray(walls, dtype=np.int64))
-        free = np.zeros(capacity + 1, narrow)
+        free: Ints = np.zeros(capacity + 1, narrow)
         free[0] = capacity - m
         free[1 : capacity - m + 1] = np.arange(capacity - 1, m - 1, -1)
-        origin = np.full(capacity, -1, narrow)
+        origin: Ints = np.full(capacity, -1, narrow)
         origin[:m] = np.arange(m)
         n = len(points)
         spare = int(room * n)

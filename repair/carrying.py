@@ -10,7 +10,10 @@ import numpy as np
 from meshwright.audit.errors import MeshError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
 
-__all__ = ["assignable", "padded", "with_boundary", "with_cells", "with_more_points", "with_points", "without_points"]
+__all__ = [
+    "assignable", "padded", "with_boundary", "with_cells", "with_more_points", "with_points", "without_gone",
+    "without_points",
+]  # fmt: skip
 
 
 def assignable(mesh: Mesh) -> None:
@@ -117,6 +120,17 @@ def with_more_points(mesh: Mesh, points: Floats) -> Mesh:
     if ids is not None:
         ids = np.concatenate([ids.astype(np.int64), int(ids.max()) + 1 + np.arange(len(points))])
     return replace(mesh, points=np.concatenate([mesh.points, points]), point_ids=ids)
+
+
+def without_gone(mesh: Mesh, gone: Ints, n_before: int) -> tuple[Mesh, Ints, str]:
+    """(mesh, points_from, words) without the points `gone`; those from row n_before on are new."""
+    keep = np.setdiff1d(np.arange(len(mesh.points)), gone)
+    into = np.full(len(mesh.points), -1, np.int64)
+    into[keep] = np.arange(len(keep))
+    fresh, rows = without_points(mesh, keep, into)
+    new = len(mesh.points) - n_before - int(np.count_nonzero(gone >= n_before))
+    words = f", {new:,} put in, {int(np.count_nonzero(gone < n_before)):,} taken away"
+    return fresh, np.where(rows < n_before, rows, -1), words
 
 
 def padded(mesh: Mesh) -> Ints:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from meshwright.audit.mesh import Mesh
-from meshwright.repair.carrying import assignable, with_cells, with_more_points, with_points, without_points
+from meshwright.repair.carrying import assignable, with_cells, with_more_points, with_points, without_gone
 from meshwright.repair.held import held_points, sliding, zone_walls
 from meshwright.repair.outcome import FREE, Options, Outcome
 from meshwright.repair.tets import TetTables, free_tets, improve_tets, raise_worst_tets, smooth_tets, swap_tets
@@ -41,13 +41,8 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
         fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
     gone = np.setdiff1d(np.append(block.nodes, np.arange(n, len(points))), tets)
     if len(gone) or len(points) > n:
-        into = np.full(len(points), -1, np.int64)
-        keep = np.setdiff1d(np.arange(len(points)), gone)
-        into[keep] = np.arange(len(keep))
-        fresh, rows = without_points(fresh, keep, into)
-        points_from = np.where(rows < n, rows, -1)
-        new = len(np.setdiff1d(np.arange(n, len(points)), gone))
-        note += f", {new:,} put in, {int(np.count_nonzero(gone < n)):,} taken away"
+        fresh, points_from, told = without_gone(fresh, gone, n)
+        note += told
     return Outcome(fresh, swaps + moved, note, points_from=points_from, cells_from=cells_from)
 
 

@@ -16,7 +16,7 @@ from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.pairing import WALL, pair_sides
 
 __all__ = [
-    "cost_sum", "flip", "held_by_borders", "neighbours_of", "relax", "smallest_angles", "worst_at_points",
+    "cost_sum", "flip", "held_by_borders", "neighbours_of", "relax", "shape_of", "smallest_angles", "worst_at_points",
 ]  # fmt: skip
 
 Mask = NDArray[np.bool_]
@@ -74,7 +74,8 @@ def _measures(
 
 
 @inner
-def _of(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float, float]:
+def shape_of(points: Floats, a: int, b: int, c: int) -> tuple[float, float, float, float, float]:
+    """(fitness, cost, unit normal) of a triangle by its point rows; see `_measures`."""
     return _measures(
         points[a, 0], points[a, 1], points[a, 2], points[b, 0], points[b, 1], points[b, 2],
         points[c, 0], points[c, 1], points[c, 2],
@@ -86,7 +87,7 @@ def smallest_angles(points: Floats, tris: Ints) -> Floats:
     """(m,) fitness of each triangle."""
     out = np.empty(tris.shape[0])
     for t in range(tris.shape[0]):
-        out[t] = _of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
+        out[t] = shape_of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
     return out
 
 
@@ -98,7 +99,7 @@ def worst_at_points(points: Floats, tris: Ints, n_points: int) -> Floats:
     """
     out = np.full(n_points, np.inf)
     for t in range(tris.shape[0]):
-        f = _of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
+        f = shape_of(points, tris[t, 0], tris[t, 1], tris[t, 2])[0]
         for k in range(3):
             out[tris[t, k]] = min(out[tris[t, k]], f)
     return out
@@ -109,7 +110,7 @@ def cost_sum(points: Floats, tris: Ints) -> float:
     """Summed cost of all triangles."""
     total = 0.0
     for t in range(tris.shape[0]):
-        total += _of(points, tris[t, 0], tris[t, 1], tris[t, 2])[1]
+        total += shape_of(points, tris[t, 0], tris[t, 1], tris[t, 2])[1]
     return total
 
 
@@ -175,10 +176,10 @@ def _swapped(
     c, a, b, d = tris[t, k], tris[t, (k + 1) % 3], tris[t, (k + 2) % 3], tris[u, j]
     if c == d:
         return False, 0.0, 0.0, 0.0, 0.0, a, b, c, d
-    f1, c1, px, py, pz = _of(points, c, a, d)
-    f2, c2, qx, qy, qz = _of(points, d, b, c)
-    e1, b1, rx, ry, rz = _of(points, a, b, c)
-    e2, b2, sx, sy, sz = _of(points, a, d, b)
+    f1, c1, px, py, pz = shape_of(points, c, a, d)
+    f2, c2, qx, qy, qz = shape_of(points, d, b, c)
+    e1, b1, rx, ry, rz = shape_of(points, a, b, c)
+    e2, b2, sx, sy, sz = shape_of(points, a, d, b)
     ok = f1 > 0.0 and f2 > 0.0
     ok = ok and f1 >= max(least[c], least[a], least[d]) and f2 >= max(least[d], least[b], least[c])
     for x, y, z in ((px, py, pz), (qx, qy, qz)):

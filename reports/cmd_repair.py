@@ -44,7 +44,7 @@ __all__ = ["command"]
     "--nodes",
     type=click.Choice(("keep", "free")),
     default="keep",
-    help="Of tets: free puts points in and takes inner ones away where tets are bad. Default: keep.",
+    help="Of tets and triangles: free puts points in and takes inner ones away where cells are bad. Default: keep.",
 )
 @click.option(
     "--refine", multiple=True, metavar="GLOB", help="Zones of cells to be refined; may be repeated. Default: all."

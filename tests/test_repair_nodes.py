@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from repair_meshes import in_two_zones, random_tets, solid, volume6
+from repair_meshes import in_two_zones, random_tets, random_triangles, solid, volume6
 from scipy.spatial import Delaunay
 
 from meshwright.audit.connectivity import faces
@@ -150,6 +150,52 @@ def test_the_faces_between_two_points_give_way_to_the_edge_between_them(corners)
     assert len(found) == corners, "all of them stand around the axis"
     assert ((found == top).any(axis=1) & (found == bottom).any(axis=1)).all()
     assert np.isclose(volume6(points, found).sum(), volume6(points, tets).sum(), rtol=1e-14)
+
+
+def test_triangles_with_free_points_get_better_and_stay_the_same_sheet():
+    mesh = random_triangles(16)
+    kept, free = repair(mesh), repair(mesh, nodes=FREE)
+    assert free.last.worst >= kept.last.worst
+    assert free.last.quality.mean() > kept.last.quality.mean()
+    assert len(free.after.points) != len(mesh.points)
+    tris, x = free.after.block("tri").nodes, free.after.points
+    area = 0.5 * np.cross(x[tris[:, 1]] - x[tris[:, 0]], x[tris[:, 2]] - x[tris[:, 0]])[:, 2]
+    assert (area > 0).all()
+    assert np.isclose(area.sum(), 1.0, rtol=1e-12)
+    assert np.array_equal(np.unique(tris), np.arange(len(x))), "no point is left without a triangle"
+    sides = faces(free.after)
+    rim = sides.nodes.reshape(-1, 2)[sides.neighbour < 0]
+    assert (((x[rim] == 0) | (x[rim] == 1)).any(axis=2)).all(), "nothing is torn inside"
+    outside = mesh.points[((mesh.points[:, :2] == 0) | (mesh.points[:, :2] == 1)).any(axis=1)]
+    assert {tuple(p) for p in outside.tolist()} <= {tuple(p) for p in x.tolist()}
+    assert not repair(free.after, nodes=FREE).changed
+
+
+def test_a_needle_of_triangles_is_contracted():
+    mesh = random_triangles(8)
+    points, tris = np.array(mesh.points), mesh.block("tri").nodes.astype(np.int64)
+    inside = ((points[tris][:, :, :2] > 0.2) & (points[tris][:, :, :2] < 0.8)).all(axis=(1, 2))
+    t = int(np.flatnonzero(inside)[0])
+    a, b, c = tris[t]
+    near, twin = points[a] + 1e-3 * (points[tris[t]].mean(axis=0) - points[a]), len(points)
+    tris[t] = [a, b, twin]
+    bad = solid(np.vstack([points, [near]]), tri=np.vstack([tris, [[twin, b, c], [a, twin, c]]]))
+    assert repair(bad, "orient").first.worst < 0.02
+    done = repair(bad, nodes=FREE)
+    assert done.last.worst > 0.3
+    assert not repair(done.after, nodes=FREE).changed
+
+
+def test_zones_of_triangles_keep_their_areas_when_points_are_free():
+    mesh = in_two_zones(random_triangles(14))
+    done = repair(mesh, nodes=FREE)
+
+    def areas(m):
+        tris, x = m.block("tri").nodes, m.points
+        area = 0.5 * np.cross(x[tris[:, 1]] - x[tris[:, 0]], x[tris[:, 2]] - x[tris[:, 0]])[:, 2]
+        return [np.abs(area[zone.members]).sum() for zone in m.zones]
+
+    assert np.allclose(areas(mesh), areas(done.after), rtol=1e-12)
 
 
 def test_an_unknown_choice_is_refused():

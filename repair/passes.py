@@ -11,6 +11,7 @@ from meshwright.repair.intersections import untie
 from meshwright.repair.laplace import laplace, odt, smart_laplace
 from meshwright.repair.orient import orient
 from meshwright.repair.outcome import Pass
+from meshwright.repair.quads import clean_quads
 from meshwright.repair.refine import bisect, insert_centroids, refine
 from meshwright.repair.split import linearise, split_in_five, split_to_tets
 from meshwright.repair.stars import raise_worst_cells
@@ -175,6 +176,13 @@ PASSES = {
             "odt",
             "move points of triangles and tets towards the mean of circumcentres where the worst cell gains",
             odt,
+            repeats=True,
+            explicit=True,
+        ),
+        Pass(
+            "clean-quads",
+            "turn edges and take points away until four quads meet at most points",
+            clean_quads,
             repeats=True,
             explicit=True,
         ),

@@ -17,7 +17,7 @@ __all__ = ["command"]
 @click.option(
     "--passes",
     metavar="NAME,NAME",
-    help="Which passes to run; default orient, untangle and improve. `--list-passes` tells what each does.",
+    help="Which passes to run; default orient, untangle, improve, triangles. `--list-passes` tells what each does.",
 )
 @click.option(
     "--target",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +73,7 @@ def run_repair(job: RepairJob) -> int:
             threads=job.threads, progress=tell,
         )  # fmt: skip
         tell("measure", 0, 0)
-        (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(done.after, None, job)
+        (_, first), (last_audit, last) = _measured(done.before, digest, job), _measured(_unsaved(done), None, job)
         notes = list(mesh.notes)
         if target is None:
             document = receipt(done, str(where), None)
@@ -86,7 +86,10 @@ def run_repair(job: RepairJob) -> int:
         text = json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
     else:
         text = render_text(job.path, target, document, first, last, width=page_width(), colour=wants_colour())
-    if job.html is not None and not job.dry_run:
+    if job.html is not None and target is not None:
+        last["mesh"] |= {
+            "path": target, "format": check_format(target).title, "sha256": document["output"]["sha256"],
+        }  # fmt: skip
         _page(job.html, done, last_audit, first, last, document)
     deliver(text, None)
     failed = done.aim is not None and done.aim.last is not None and done.aim.last.judgement.state == "fail"
@@ -117,6 +120,11 @@ def _check_files(job: RepairJob, target: str | None) -> None:
 def _measured(mesh: Mesh, digest: str | None, job: RepairJob) -> tuple[Audit, Summary]:
     found = audit(mesh, ",".join(METRICS_SHOWN), threads=job.threads)
     return found, summarise(found, sha256=digest)
+
+
+def _unsaved(done: Repair) -> Mesh:
+    """The repaired mesh as one that came from no file: it is not the one that was read."""
+    return done.after if done.after is done.before else replace(done.after, path="", format="")
 
 
 def _write(job: RepairJob, done: Repair, source: str, target: str) -> tuple[dict[str, Any], list[str]]:

@@ -1,5 +1,6 @@
 """`meshwright repair` on files: receipts, journals, undo, and inputs that nothing can be done with."""
 
+import hashlib
 import importlib
 import json
 import signal
@@ -135,6 +136,8 @@ def test_a_dry_run_writes_nothing(tangled, tmp_path):
 def test_the_html_report_shows_before_and_after(tangled, tmp_path):
     page = tmp_path / "r.html"
     assert run(tangled, "-o", tmp_path / "good.msh", "--html", page).exit_code == 0
+    digest = hashlib.sha256((tmp_path / "good.msh").read_bytes()).hexdigest()
+    assert f"sha256 {digest}" in page.read_text(), "the page is of the mesh that was written, not of the one read"
     section = html.fromstring(page.read_text()).xpath("//section[h2[@id='h-repair']]")[0]
     before_after, passes = (
         [[cell.text_content().strip() for cell in row] for row in t.xpath(".//tbody/tr")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
 __all__ = ["WALL", "pair_sides"]
@@ -12,42 +12,80 @@ __all__ = ["WALL", "pair_sides"]
 WALL = -1
 """Partner of a side that nothing may be done through."""
 
+_CROWDED = -2
+"""Partner, while pairing, of a side that more than two cells or a wall have."""
 
-def pair_sides(sides: Ints, walls: Ints, n_points: int) -> Ints:
-    """(h,) for each side the number of the only other one with the same nodes, else WALL.
 
-    sides: (h, w) nodes of each, in any order. walls: (k, w) sides that stay closed though two cells have them. A side
-    that more than two cells have is closed for all of them.
+def pair_sides(cells: Ints, corners: Ints, walls: Ints) -> Ints:
+    """(m, s) for each side of each cell `s * cell + side` of the only other one with the same nodes, else WALL.
+
+    cells: (m, k) point rows. corners: (s, w) which of the k are the nodes of a side, in any order. walls: (k, w) sides
+    that stay closed though two cells have them. A side that more than two cells have is closed for all of them.
     """
-    width = sides.shape[1]
-    every = np.concatenate([sides, np.asarray(walls, dtype=np.int64).reshape(-1, width)])
-    return _pair(np.sort(every, axis=1), len(sides), n_points)
+    closed = np.ascontiguousarray(walls, dtype=cells.dtype).reshape(-1, corners.shape[1])
+    n = len(cells) * len(corners)
+    narrow = n + len(closed) < 2**31
+    partner = np.full(n, WALL, np.int32 if narrow else np.int64)
+    # at most five eighths full: the search of a place that is free then ends after a step or two
+    room = 1 << max(4, int(1.6 * (n + len(closed))).bit_length())
+    _pair(cells, corners, closed, np.full(room, -1, partner.dtype), partner)
+    return partner.reshape(len(cells), len(corners))
+
+
+@inner
+def _write_sorted(cells: Ints, corners: Ints, walls: Ints, side: int, out: Ints) -> None:
+    """The nodes of a side, ascending; sides behind those of the cells are walls."""
+    s, w = corners.shape
+    n = cells.shape[0] * s
+    for i in range(w):
+        v = cells[side // s, corners[side % s, i]] if side < n else walls[side - n, i]
+        j = i
+        while j > 0 and out[j - 1] > v:
+            out[j] = out[j - 1]
+            j -= 1
+        out[j] = v
+
+
+@inner
+def _same(one: Ints, two: Ints) -> bool:
+    for i in range(one.size):
+        if one[i] != two[i]:
+            return False
+    return True
 
 
 @kernel
-def _pair(keys: Ints, n_sides: int, n_points: int) -> Ints:
-    """`pair_sides` for sorted rows, the walls behind the sides. Rows are compared with those of the same first node."""
-    begin = np.zeros(n_points + 1, np.int64)
-    for i in range(keys.shape[0]):
-        begin[keys[i, 0] + 1] += 1
-    for p in range(n_points):
-        begin[p + 1] += begin[p]
-    cursor = begin[:-1].copy()
-    items = np.empty(keys.shape[0], np.int64)
-    for i in range(keys.shape[0]):
-        items[cursor[keys[i, 0]]] = i
-        cursor[keys[i, 0]] += 1
-    partner = np.full(n_sides, WALL, np.int64)
-    for i in range(n_sides):
-        found, other = 0, WALL
-        for j in range(begin[keys[i, 0]], begin[keys[i, 0] + 1]):
-            k = items[j]
-            same = k != i
-            for x in range(1, keys.shape[1]):
-                same = same and keys[k, x] == keys[i, x]
-            if same:
-                found += 1
-                other = k if k < n_sides else WALL
-        if found == 1:
-            partner[i] = other
-    return partner
+def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -> None:
+    """Fill in `partner`. table: (2^b,) -1, room for the sides by a hash of their nodes, so that no point is too busy."""
+    nodes, other = np.empty(corners.shape[1], np.int64), np.empty(corners.shape[1], np.int64)
+    last = table.size - 1
+    n = partner.size
+    for turn in range(n + walls.shape[0]):
+        side = n + turn if turn < walls.shape[0] else turn - walls.shape[0]  # walls first
+        _write_sorted(cells, corners, walls, side, nodes)
+        mix = np.uint64(0)
+        for v in nodes:
+            mix = (mix ^ np.uint64(v)) * np.uint64(0x9E3779B97F4A7C15)
+            mix ^= mix >> np.uint64(32)
+        at = np.int64(mix & np.uint64(last))
+        while table[at] >= 0:
+            _write_sorted(cells, corners, walls, table[at], other)
+            if _same(nodes, other):
+                break
+            at = (at + 1) & last
+        first = table[at]
+        if first < 0:
+            table[at] = side
+        elif side >= n:
+            continue  # the same wall twice
+        elif first >= n:
+            partner[side] = _CROWDED
+        elif partner[first] == WALL:
+            partner[first], partner[side] = side, first
+        else:
+            if partner[first] >= 0:
+                partner[partner[first]] = _CROWDED
+                partner[first] = _CROWDED
+            partner[side] = _CROWDED
+    for side in range(n):
+        partner[side] = max(partner[side], WALL)

@@ -27,6 +27,7 @@ __all__ = ["clean_quads"]
 Mask = NDArray[np.bool_]
 
 _QUAD = KINDS.index("quad")
+_SIDES = np.array([[0, 1], [1, 2], [2, 3], [3, 0]], dtype=np.int64)
 _UP = (0.0, 0.0, 1.0)
 _SOUND = 0.25
 """Quality that a move may leave where it was no worse before: smoothing makes such quads good."""
@@ -205,8 +206,7 @@ def clean_quads(mesh: Mesh, options: Options) -> Outcome:
     for turn in range(_ROUNDS):
         options.tell("clean up", turn, _ROUNDS)
         begin, items = invert(uniform_offsets(len(quads), 4), quads[:, :4].ravel(), n)
-        sides = np.stack([quads[:, :4].ravel(), np.roll(quads[:, :4], -1, axis=1).ravel()], axis=1)
-        across = pair_sides(sides, walls, n).reshape(-1, 4)
+        across = pair_sides(quads[:, :4], _SIDES, walls)
         gone = np.zeros(len(quads), np.bool_)
         now = int(_sweep(points, quads, begin, items, across, held, np.diff(begin), ideal, least, gone, move))
         if not now and move == _TURN:

@@ -33,9 +33,9 @@ def _sorted3(a: int, b: int, c: int) -> tuple[int, int, int]:
     return a, b, c
 
 
-def neighbours(tets: Ints, n_points: int, walls: Ints) -> Ints:
+def neighbours(tets: Ints, walls: Ints) -> Ints:
     """(m, 4) neighbour table of these tets; `walls` (k, 3) are faces that stay closed though both sides have a tet."""
-    return pair_sides(tets[:, _FACES].reshape(-1, 3), walls, n_points).reshape(-1, 4)
+    return pair_sides(tets, _FACES, walls)
 
 
 @inner

@@ -83,7 +83,7 @@ class TetTables:
         table = np.full((capacity, 4), -1, narrow)
         table[:m] = tets
         across = np.full((capacity, 4), -1, narrow)
-        across[:m] = neighbours(table[:m], len(points), np.ascontiguousarray(walls, dtype=np.int64))
+        across[:m] = neighbours(table[:m], walls)
         free: Ints = np.zeros(capacity + 1, narrow)
         free[0] = capacity - m
         free[1 : capacity - m + 1] = np.arange(capacity - 1, m - 1, -1)

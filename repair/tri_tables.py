@@ -22,6 +22,7 @@ __all__ = [
 Mask = NDArray[np.bool_]
 
 _WALL = -1
+_SIDES = np.array([[1, 2], [2, 0], [0, 1]], dtype=np.int64)
 _LEAST = 1e-6
 """Gain, of fitness or relative of cost, below which a swap is not worth making: rounding must not swap to and fro."""
 _SOUND = 0.25
@@ -29,13 +30,13 @@ _SOUND = 0.25
 _LARGEST_STAR = 64
 
 
-def neighbours_of(tris: Ints, n_points: int, walls: Ints) -> Ints:
+def neighbours_of(tris: Ints, walls: Ints) -> Ints:
     """(m, 3): 3 * neighbour + its side, for the side opposite each corner; WALL at borders, walls (k, 2), sides of more
     than two triangles, and between two that walk the side alike: a swap would turn one of them over."""
-    begins, ends = np.roll(tris, -1, axis=1).ravel(), np.roll(tris, -2, axis=1).ravel()
-    partner = pair_sides(np.stack([begins, ends], axis=1), walls, n_points)
-    partner[(partner != WALL) & (begins == begins[partner])] = WALL
-    return partner.reshape(-1, 3)
+    partner = pair_sides(tris, _SIDES, walls)
+    begins = tris[:, _SIDES[:, 0]]
+    partner[(partner != WALL) & (begins == begins.ravel()[partner])] = WALL
+    return partner
 
 
 @kernel

@@ -105,7 +105,7 @@ def _with_nodes(
     turn = 0.0 if flat else _TURN
     below = max(_GOOD, float(np.quantile(smallest_angles(points, tris), _WORST_PART)))
     n, made = len(points), 0
-    across = neighbours_of(tris, n, walls)
+    across = neighbours_of(tris, walls)
     stays = held | held_by_borders(tris, across, n)
     begin, items = invert(uniform_offsets(len(tris), 3), tris.ravel(), n)
     gone = np.zeros(len(tris), np.bool_)
@@ -119,7 +119,7 @@ def _with_nodes(
     wide_least = np.concatenate([least, np.full(spare + 1, -np.inf)])
     gone = np.zeros(len(changed), np.bool_)
     fresh, parent = np.empty((8 * spare, 3), np.int64), np.empty(8 * spare, np.int64)
-    across = neighbours_of(changed, n, walls)
+    across = neighbours_of(changed, walls)
     new = int(insert(wider, count, changed, across, wide_least, below, turn, flat, gone, fresh, parent))
     made += int(count[0]) - n
     keep = np.flatnonzero(~gone)
@@ -140,7 +140,7 @@ def _settled(
     tris = np.array(tris, dtype=np.int64)
     n = len(points)
     turn = 0.0 if flat else _TURN
-    across = neighbours_of(tris, n, walls)
+    across = neighbours_of(tris, walls)
     held = held | held_by_borders(tris, across, n)
     degree, ideal = _degrees(tris, across, n), _ideal_degrees(points, tris, across, n)
 

@@ -13,13 +13,12 @@ import numpy as np
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.audit.parallel import in_parallel
+from meshwright.repair.curve import along_curve
 from meshwright.repair.sliding import closest_on
 
 __all__ = ["Tree"]
 
 _LEAF = 4
-_BITS = 16
-"""Bits of the curve in each direction."""
 _PIECE = 4096
 """Points that a thread takes at a time."""
 
@@ -38,7 +37,7 @@ class Tree:
         corners = np.ascontiguousarray(points[tris].reshape(-1, 9))
         x = corners.reshape(-1, 3, 3)
         low, high = x.min(axis=1), x.max(axis=1)
-        order = np.argsort(_along_curve(0.5 * (low + high)), kind="stable")
+        order = along_curve(0.5 * (low + high))
         leaves = 1
         while leaves * _LEAF < len(order):
             leaves *= 2
@@ -76,18 +75,6 @@ class Tree:
         pairs = np.empty((count, 2), np.int64)
         _meeting(self.corners, self.order, self.boxes, pairs)
         return pairs
-
-
-def _along_curve(centres: Floats) -> Ints:
-    """A number for each centre that grows along Morton's curve."""
-    low, high = centres.min(axis=0), centres.max(axis=0)
-    size = np.where(high > low, high - low, 1.0)
-    cell = ((centres - low) / size * (2**_BITS - 1)).astype(np.uint64)
-    out = np.zeros(len(centres), np.uint64)
-    for bit in range(_BITS):
-        for axis in range(3):
-            out |= ((cell[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return out.astype(np.int64)
 
 
 @inner

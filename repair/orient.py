@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.jit import kernel
+from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
 from meshwright.repair.outcome import Options, Outcome
+from meshwright.repair.pairing import pair_sides
 from meshwright.repair.sizes import signed_sizes
 
 __all__ = ["mirrored", "orient"]
@@ -26,6 +26,7 @@ _MIRROR = {
     "hex": (4, 5, 6, 7, 0, 1, 2, 3),
 }  # fmt: skip
 """Order of the corners of a cell of the other hand, by type."""
+_WHOLE = np.array([[0, 1, 2, 3]])
 
 
 def mirrored(name: str) -> tuple[int, ...] | None:
@@ -92,42 +93,53 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     return Outcome(replace(mesh, blocks=tuple(blocks)), changed, "cells reversed", refused=tuple(refused))
 
 
-def _sides(mesh: Mesh) -> tuple[Ints, NDArray, Ints]:
-    """(cell, keys (h, 4), second node) of each side of each cell, its loop begun at the smallest node.
+def _sides(mesh: Mesh) -> tuple[Ints, Ints]:
+    """(cell (h,), loop (h, 4)) of each side of each cell; -1 in the places that a side of fewer nodes leaves.
 
-    keys: the sorted nodes, -1 first for fewer than four. Of two cells that meet in a side with the same second node,
-    both walk it the same way. In a mesh of 2-D cells sides are edges, and the second node is the end of the walk.
+    In a mesh of 2-D cells sides are edges.
     """
-    cells, keys, seconds = [], [], []
+    cells, loops = [], []
     for block in mesh.blocks:
         kind = CELL_TYPES[block.type]
-        sides = kind.faces if mesh.cell_dimension == 3 else kind.edges
-        for side in sides:
-            nodes = block.nodes[:, list(side)].astype(np.int64)
-            if nodes.shape[1] == 2:
-                second = nodes[:, 1]
-            else:
-                at = nodes.argmin(axis=1)
-                second = nodes[np.arange(len(nodes)), (at + 1) % nodes.shape[1]]
-            key = np.full((len(nodes), 4), -1, np.int64)
-            key[:, 4 - nodes.shape[1] :] = np.sort(nodes, axis=1)
+        for side in kind.faces if mesh.cell_dimension == 3 else kind.edges:
+            loop = np.full((len(block), 4), -1, block.nodes.dtype)
+            loop[:, : len(side)] = block.nodes[:, list(side)]
             cells.append(block.rows)
-            keys.append(key)
-            seconds.append(second)
-    return np.concatenate(cells).astype(np.int64), np.concatenate(keys), np.concatenate(seconds)
+            loops.append(loop)
+    return np.concatenate(cells), np.concatenate(loops)
 
 
 def _meetings(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
     """(first, second, alike) of every side that exactly two cells share: the cells, and 1 where both walk it alike."""
-    cells, keys, seconds = _sides(mesh)
-    order = np.lexsort((keys[:, 3], keys[:, 2], keys[:, 1], keys[:, 0]))
-    keys = keys[order]
-    same = np.r_[(keys[1:] == keys[:-1]).all(axis=1), False]
-    before = np.r_[False, same[:-1]]
-    after = np.r_[same[1:], False]
-    at = np.flatnonzero(same & ~before & ~after)
-    a, b = order[at], order[at + 1]
-    return cells[a], cells[b], (seconds[a] == seconds[b]).astype(np.int64)
+    cells, loops = _sides(mesh)
+    partner = pair_sides(loops, _WHOLE, np.empty((0, 4), loops.dtype))[:, 0]
+    a = np.flatnonzero(partner > np.arange(len(partner)))
+    b = partner[a]
+    return cells[a], cells[b], _walked_alike(loops, a, b)
+
+
+@inner
+def _second(loops: Ints, side: int) -> int:
+    """The node that follows the smallest one; of an edge, its end."""
+    n = 2
+    while n < 4 and loops[side, n] >= 0:
+        n += 1
+    if n == 2:
+        return loops[side, 1]
+    at = 0
+    for k in range(1, n):
+        if loops[side, k] < loops[side, at]:
+            at = k
+    return loops[side, (at + 1) % n]
+
+
+@kernel
+def _walked_alike(loops: Ints, a: Ints, b: Ints) -> Ints:
+    """(k,) 1 where the sides a and b, of the same nodes, run the same way."""
+    out = np.empty(a.size, np.int64)
+    for i in range(a.size):
+        out[i] = _second(loops, a[i]) == _second(loops, b[i])
+    return out
 
 
 def _with_free_edges(mesh: Mesh, first: Ints, second: Ints) -> Ints:

@@ -25,7 +25,7 @@ def pair_sides(cells: Ints, corners: Ints, walls: Ints) -> Ints:
     closed = np.ascontiguousarray(walls, dtype=cells.dtype).reshape(-1, corners.shape[1])
     n = len(cells) * len(corners)
     narrow = n + len(closed) < 2**31
-    partner = np.full(n, WALL, np.int32 if narrow else np.int64)
+    partner: Ints = np.full(n, WALL, np.int32 if narrow else np.int64)
     # at most five eighths full: the search of a place that is free then ends after a step or two
     room = 1 << max(4, int(1.6 * (n + len(closed))).bit_length())
     _pair(cells, corners, closed, np.full(room, -1, partner.dtype), partner)
@@ -48,15 +48,15 @@ def _write_sorted(cells: Ints, corners: Ints, walls: Ints, side: int, out: Ints)
 
 @inner
 def _same(one: Ints, two: Ints) -> bool:
+    same = True
     for i in range(one.size):
-        if one[i] != two[i]:
-            return False
-    return True
+        same = same and one[i] == two[i]
+    return same
 
 
 @kernel
 def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -> None:
-    """Fill in `partner`. table: (2^b,) -1, room for the sides by a hash of their nodes, so that no point is too busy."""
+    """Fill in `partner`. table: (2^b,) -1, room for the sides by a hash of their nodes: no point is too busy for it."""
     nodes, other = np.empty(corners.shape[1], np.int64), np.empty(corners.shape[1], np.int64)
     last = table.size - 1
     n = partner.size

@@ -10,8 +10,12 @@ from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import workers
 
-__all__ = ["SHAPE", "Standing", "standing", "worst_around_points", "worst_at_points", "worst_first"]
+__all__ = ["SHAPE", "SMALL", "WORTH", "Standing", "standing", "worst_around_points", "worst_at_points", "worst_first"]
 
+WORTH = 1e-2
+"""Part of a level by which it must rise to be worth a change."""
+SMALL = 1e-3
+"""Level to take the part of where a level is smaller."""
 SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
 """Metrics that tell how good a cell's shape is, whatever its type."""
 
@@ -75,10 +79,10 @@ def worst_around_points(nodes: Ints, at_points: Floats) -> Floats:
     return around[:-1]
 
 
-def worst_first(before: Standing, after: Standing, least: float = 1e-2) -> bool:
+def worst_first(before: Standing, after: Standing, least: float = WORTH) -> bool:
     """Whether `after` is an improvement worth keeping: fewer bad cells, or a level raised and none let down."""
     if after.bad != before.bad:
         return after.bad < before.bad
     gain = after.levels() - before.levels()
-    scale = np.maximum(np.abs(before.levels()), 1e-3)
+    scale = np.maximum(np.abs(before.levels()), SMALL)
     return bool((gain >= -1e-9).all() and (gain > least * scale).any())

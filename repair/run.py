@@ -19,7 +19,7 @@ from meshwright.repair.hausdorff import Apart, surface_of, surfaces_apart
 from meshwright.repair.limits import limits
 from meshwright.repair.outcome import FREE, KEEP, Options, Outcome, Pass
 from meshwright.repair.passes import PASSES, select_passes
-from meshwright.repair.quality import Standing, standing, worst_first
+from meshwright.repair.quality import SMALL, WORTH, Standing, standing, worst_first
 from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.sliding import FIXED, MODES, Sheet
 from meshwright.repair.target import Aim, judge_by
@@ -55,6 +55,11 @@ class Step:
     bad_before: int
     bad_after: int
     seconds: float
+
+    @property
+    def raised(self) -> bool:
+        """Whether the worst cell was, or would have been, raised by what counts."""
+        return self.worst_after > self.worst_before + WORTH * max(abs(self.worst_before), SMALL)
 
 
 @dataclass(frozen=True)
@@ -259,8 +264,8 @@ class _Driver:
         step: Step | None = None
         after = self.now
         for i, (run, options) in enumerate(runs):
-            if step is not None and step.reason == _NO_GAIN and run is row.run:
-                continue  # a fixed boundary gains no more than one along which points slide
+            if step is not None and step.reason == _NO_GAIN and (run is row.run or not step.raised):
+                continue  # with less freedom it would gain no more
             new, after = _transaction(row, run, self.current, self.now, options, self.refused)
             if new is None:
                 return (None if i == 0 else step), self.now

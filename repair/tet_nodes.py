@@ -100,7 +100,7 @@ def contract(
                         break
                     new[n, 0], new[n, 1], new[n, 2], new[n, 3] = a, b, c, d
                     n += 1
-                if low > top and n > 0 and not hurts(points, new, n, least):
+                if low > top and n > 0 and not hurts(points, new, n, least, low):
                     top, n_best = low, n
                     for i in range(n):
                         for q in range(4):
@@ -229,7 +229,7 @@ def insert(
         least[p] = -np.inf
         for r in range(m):
             new[r, 0], new[r, 1], new[r, 2], new[r, 3] = p, rim[r, 0], rim[r, 1], rim[r, 2]
-        if hurts(points, new, m, least):
+        if hurts(points, new, m, least, low):
             continue
         rows = np.empty(max(n, m), np.int64)
         rows[:n] = cavity[:n]

@@ -39,7 +39,11 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
     note = f"{swaps:,} swaps, {moved:,} points moved"
     if swaps:
         fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
-    gone = np.setdiff1d(np.append(block.nodes, np.arange(n, len(points))), tets)
+    lost = np.zeros(len(points), np.bool_)
+    lost[block.nodes] = True
+    lost[n:] = True
+    lost[tets] = False
+    gone = np.flatnonzero(lost)
     if len(gone) or len(points) > n:
         fresh, points_from, told = without_gone(fresh, gone, n)
         note += told

@@ -17,7 +17,7 @@ import numpy as np
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.sliding import normal_of, settle
-from meshwright.repair.tet_shape import POWER, both, measures, quality, quality_of, scaled_cost
+from meshwright.repair.tet_shape import POWER, both, measures, quality, quality_floor, quality_of, scaled_cost
 
 __all__ = [
     "LARGEST_STAR",
@@ -140,41 +140,12 @@ def fit_at(base: Floats, i: int, x: float, y: float, z: float) -> tuple[float, f
 
 
 @inner
-def _sum_at(base: Floats, n: int, x: float, y: float, z: float, limit: float, least: float) -> tuple[float, float]:
-    """(summed cost, smallest fitness) with the point at x, y, z; cut short once it is no better than the limits."""
-    total, low = 0.0, np.inf
-    for i in range(n):
-        f, c = fit_at(base, i, x, y, z)
-        total += c
-        low = min(low, f)
-        if total >= limit or low < least:
-            return np.inf, -1.0
-    return total, low
+def _forms(base: Floats, n: int, x: float, y: float, z: float, form: Floats) -> None:
+    """What volume and edges of each tet of the star are, as polynomials of the step of its point from x, y, z.
 
-
-@inner
-def _hurts(base: Floats, n: int, x: float, y: float, z: float) -> bool:
-    """Whether a tet of the star is worse, with its point at x, y, z, than one of its points may have."""
-    for i in range(n):
-        q = quality(
-            x, y, z, base[i, 0], base[i, 1], base[i, 2], base[i, 3], base[i, 4], base[i, 5], base[i, 6], base[i, 7],
-            base[i, 8],
-        )  # fmt: skip
-        if q < base[i, 9]:
-            return True
-    return False
-
-
-@inner
-def _newton(
-    base: Floats, n: int, x: float, y: float, z: float, mx: float, my: float, mz: float
-) -> tuple[float, float, float, bool]:
-    """The damped Newton step of the summed cost at x, y, z; False where there is none that goes down.
-
-    mx, my, mz: unit normal of the plane that the step keeps to, 0 for a free point.
+    Of a step s, six times the volume is form[i, :3] . s + form[i, 3], the summed squares of the edges are
+    3 s . s - 2 form[i, 4:7] . s + form[i, 7].
     """
-    gx = gy = gz = 0.0
-    hxx = hxy = hxz = hyy = hyz = hzz = 0.0
     for i in range(n):
         ux, uy, uz = base[i, 0] - x, base[i, 1] - y, base[i, 2] - z
         vx, vy, vz = base[i, 3] - x, base[i, 4] - y, base[i, 5] - z
@@ -182,21 +153,85 @@ def _newton(
         px, py, pz = vx - ux, vy - uy, vz - uz
         qx, qy, qz = wx - ux, wy - uy, wz - uz
         rx, ry, rz = wx - vx, wy - vy, wz - vz
-        # the volume is linear in the point; its gradient is minus the normal of the far face
+        # the gradient of the volume is minus the normal of the far face
         nx, ny, nz = -(py * qz - pz * qy), -(pz * qx - px * qz), -(px * qy - py * qx)
-        det = -(ux * nx + uy * ny + uz * nz)
+        form[i, 0], form[i, 1], form[i, 2] = nx, ny, nz
+        form[i, 3] = -(ux * nx + uy * ny + uz * nz)
+        form[i, 4], form[i, 5], form[i, 6] = ux + vx + wx, uy + vy + wy, uz + vz + wz
         s = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz + wx * wx + wy * wy + wz * wz
-        s += px * px + py * py + pz * pz + qx * qx + qy * qy + qz * qz + rx * rx + ry * ry + rz * rz
-        sx, sy, sz = -2.0 * (ux + vx + wx), -2.0 * (uy + vy + wy), -2.0 * (uz + vz + wz)
+        form[i, 7] = s + px * px + py * py + pz * pz + qx * qx + qy * qy + qz * qz + rx * rx + ry * ry + rz * rz
+
+
+@inner
+def _cost_at(form: Floats, n: int, x: float, y: float, z: float, limit: float) -> float:
+    """Summed cost after the step x, y, z; inf where it reaches the limit or a tet is inverted."""
+    total = 0.0
+    square = 3.0 * (x * x + y * y + z * z)
+    for i in range(n):
+        det = form[i, 0] * x + form[i, 1] * y + form[i, 2] * z + form[i, 3]
+        if not det > 0.0:
+            return np.inf
+        edges = square - 2.0 * (form[i, 4] * x + form[i, 5] * y + form[i, 6] * z) + form[i, 7]
+        total += scaled_cost(edges, det)
+        if total >= limit:
+            return np.inf
+    return total
+
+
+@inner
+def _sound(base: Floats, n: int, x: float, y: float, z: float, least: float) -> bool:
+    """Whether, with the point at x, y, z, no tet of the star has a fitness under `least` or a quality that its points
+    may not have."""
+    for i in range(n):
+        f, _cost = fit_at(base, i, x, y, z)
+        if f < least or (quality_floor(f) < base[i, 9] and _quality_at(base, i, x, y, z) < base[i, 9]):
+            return False
+    return True
+
+
+@inner
+def _quality_at(base: Floats, i: int, x: float, y: float, z: float) -> float:
+    return quality(
+        x, y, z, base[i, 0], base[i, 1], base[i, 2], base[i, 3], base[i, 4], base[i, 5], base[i, 6], base[i, 7],
+        base[i, 8],
+    )  # fmt: skip
+
+
+@inner
+def _hurts(base: Floats, n: int, x: float, y: float, z: float) -> bool:
+    """Whether a tet of the star is worse, with its point at x, y, z, than one of its points may have."""
+    for i in range(n):
+        if _quality_at(base, i, x, y, z) < base[i, 9]:
+            return True
+    return False
+
+
+@inner
+def _newton(
+    form: Floats, n: int, x: float, y: float, z: float, mx: float, my: float, mz: float
+) -> tuple[float, float, float, bool]:
+    """The damped Newton step of the summed cost after the step x, y, z; False where there is none that goes down.
+
+    mx, my, mz: unit normal of the plane that the step keeps to, 0 for a free point.
+    """
+    gx = gy = gz = 0.0
+    hxx = hxy = hxz = hyy = hyz = hzz = 0.0
+    square = 3.0 * (x * x + y * y + z * z)
+    for i in range(n):
+        nx, ny, nz = form[i, 0], form[i, 1], form[i, 2]
+        det = nx * x + ny * y + nz * z + form[i, 3]
+        s = square - 2.0 * (form[i, 4] * x + form[i, 5] * y + form[i, 6] * z) + form[i, 7]
+        sx, sy, sz = 6.0 * x - 2.0 * form[i, 4], 6.0 * y - 2.0 * form[i, 5], 6.0 * z - 2.0 * form[i, 6]
         cost = scaled_cost(s, det)
-        a = 1.5 * POWER * cost / s
-        b = -POWER * cost / det
+        over_s, over_det = 1.0 / s, 1.0 / det
+        a = 1.5 * POWER * cost * over_s
+        b = -POWER * cost * over_det
         gx += a * sx + b * nx
         gy += a * sy + b * ny
         gz += a * sz + b * nz
-        ss = 1.5 * POWER * (1.5 * POWER - 1.0) * cost / (s * s)
-        sd = -1.5 * POWER * POWER * cost / (s * det)
-        dd = POWER * (POWER + 1.0) * cost / (det * det)
+        ss = (1.5 * POWER - 1.0) * a * over_s
+        sd = -POWER * a * over_det
+        dd = -(POWER + 1.0) * b * over_det
         e = 6.0 * a
         hxx += ss * sx * sx + e + 2.0 * sd * sx * nx + dd * nx * nx
         hyy += ss * sy * sy + e + 2.0 * sd * sy * ny + dd * ny * ny
@@ -256,44 +291,60 @@ def smooth(
     `sliding.Sheet`) that a point keeps to, -1 for one that is free; it changes with the point.
     """
     base = np.empty((LARGEST_STAR, 10))
+    form = np.empty((LARGEST_STAR, 8))
     moved = 0
     for r in range(rows.size):
         p = rows[r]
         if begin[p + 1] - begin[p] > LARGEST_STAR:
             continue
         n = _star_of(points, tets, begin, items, least, p, base)
-        x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        total, low = _sum_at(base, n, x, y, z, np.inf, 0.0)
+        px, py, pz = points[p, 0], points[p, 1], points[p, 2]
+        low = np.inf
+        for i in range(n):
+            low = min(low, fit_at(base, i, px, py, pz)[0])
         if not low > 0.0:
             continue
-        started = total
+        _forms(base, n, px, py, pz, form)
+        started = total = _cost_at(form, n, 0.0, 0.0, 0.0, np.inf)
+        x = y = z = 0.0
         sits = seat[p]
         mx = my = mz = 0.0
         for _ in range(2):
             if sits >= 0:
                 mx, my, mz = normal_of(corners, sits)
-            dx, dy, dz, ok = _newton(base, n, x, y, z, mx, my, mz)
+            dx, dy, dz, ok = _newton(form, n, x, y, z, mx, my, mz)
             if not ok:
                 break
             step, taken = 1.0, False
             for _ in range(_MOST_STEPS):
                 tx, ty, tz, on = x + step * dx, y + step * dy, z + step * dz, sits
                 if sits >= 0:
-                    tx, ty, tz, on, _gap = settle(corners, beyond, sits, tx, ty, tz)
-                new, new_low = _sum_at(base, n, tx, ty, tz, total, min(low, floor))
+                    tx, ty, tz, on, _gap = settle(corners, beyond, sits, px + tx, py + ty, pz + tz)
+                    tx, ty, tz = tx - px, ty - py, tz - pz
+                new = _cost_at(form, n, tx, ty, tz, total)
                 if new < total:
                     x, y, z, sits = tx, ty, tz, on
                     gain = total - new
-                    total, low = new, new_low
+                    total = new
                     taken = gain > 0.01 * total
                     break
                 step *= 0.4
             if not taken:
                 break
-        if total < started * (1.0 - _LEAST) and not _hurts(base, n, x, y, z):
-            points[p, 0], points[p, 1], points[p, 2] = x, y, z
-            seat[p] = sits
-            moved += 1
+        # the way downhill may end where the worst tet is worse: turn back a part of the way, as far as that helps
+        for _ in range(_MOST_STEPS):
+            if not total < started * (1.0 - _LEAST):
+                break
+            tx, ty, tz, on = px + x, py + y, pz + z, seat[p]
+            if on >= 0:
+                tx, ty, tz, on, _gap = settle(corners, beyond, on, tx, ty, tz)
+            if _sound(base, n, tx, ty, tz, min(low, floor)):
+                points[p, 0], points[p, 1], points[p, 2] = tx, ty, tz
+                seat[p] = on
+                moved += 1
+                break
+            x, y, z = 0.4 * x, 0.4 * y, 0.4 * z
+            total = _cost_at(form, n, x, y, z, started)
     return moved
 
 

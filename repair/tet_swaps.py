@@ -5,32 +5,44 @@ An edge with a closed ring of m tets is replaced by the best triangulation of th
 topological improvement of tetrahedral meshes", 2002). The faces that lie between two points are replaced by the edge
 between these, which is the inverse. A swap is made where it lowers the cost summed over the tets it touches and does
 not lower their smallest fitness, or where it raises the smallest fitness.
+
+The rows of the tables are dealt out to parts, which are swept at the same time. A sweep reads and writes the rows of
+its own part alone: what it would need of another one makes it leave the tet for later. So parts need no locks, and the
+result does not depend on the threads.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.repair.tet_shape import both, quality_of
+from meshwright.repair.held import Mask
+from meshwright.repair.tet_shape import both, quality_floor, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["hurts", "outward", "swap"]
+
+Parts = NDArray[np.uint8]
 
 _LARGEST_RING = 12
 _MOST_FACES = 8
 """Faces that one swap removes at most."""
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], dtype=np.int64)
+_OUTSIDE = -1
+"""In place of a ring that leaves the part."""
 _LEAST = 1e-6
 """Relative gain below which a swap is not worth making: it keeps rounding from swapping to and fro."""
 
 
 @inner
 def _ring(
-    tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: Ints, fit: Floats, below: float, once: bool
-) -> int:
-    """Number of tets around the edge a-b, 0 where a wall opens the ring or it is too long.
+    tets: Ints, across: Ints, t: int, a: int, b: int, ring: Ints, around: Ints, fit: Floats, below: float, once: bool,
+    part_of: Parts, part: int,
+) -> int:  # fmt: skip
+    """Number of tets around the edge a-b, 0 where a wall opens the ring or it is too long, _OUTSIDE where it leaves
+    the part.
 
     ring[i], ring[i + 1] with a, b make the tet around[i], positive in this order. once: 0 too where a tet of the ring
     comes before t in a sweep over those of fitness under `below`, so that each edge is tried once.
@@ -75,6 +87,8 @@ def _ring(
         if o < 0:
             return 0
         t = o // 4
+        if part_of[t] != part:
+            return _OUTSIDE
         if t == start:
             return n if d == first else 0
         if once and t < start and fit[t] < below:
@@ -184,10 +198,12 @@ def _corner(tets: Ints, t: int, p: int) -> int:
 
 
 @inner
-def _next_face(tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: int) -> tuple[int, int, int]:
+def _next_face(
+    tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: int, part_of: Parts, part: int
+) -> tuple[int, int, int]:
     """(tet of a, tet of b, third point) of the face beyond the edge p-q that has a on one side and b on the other.
 
-    top: the tet of a on this side of the edge. The point is -1 where there is no such face.
+    top: the tet of a on this side of the edge. The point is -1 where there is no such face in the part.
     """
     for k in range(4):
         v = tets[top, k]
@@ -196,8 +212,10 @@ def _next_face(tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: in
             if o < 0:
                 return -1, -1, -1
             t = o // 4
+            if part_of[t] != part:
+                return -1, -1, -1
             low = across[t, _corner(tets, t, a)]
-            if low < 0 or tets[low // 4, low % 4] != b:
+            if low < 0 or part_of[low // 4] != part or tets[low // 4, low % 4] != b:
                 return -1, -1, -1
             return t, low // 4, tets[t, o % 4]
     return -1, -1, -1
@@ -207,6 +225,7 @@ def _next_face(tets: Ints, across: Ints, top: int, a: int, b: int, p: int, q: in
 def _remove_faces(
     points: Floats, tets: Ints, across: Ints, fit: Floats, price: Floats, t: int, f: int,
     by_fitness: bool, floor: float, give: float, old: Ints, new: Ints, polygon: Ints, tops: Ints,
+    part_of: Parts, part: int,
 ) -> tuple[int, int]:  # fmt: skip
     """(tets to remove, tets to make) of the best removal of faces around face f of tet t; (0, 0) where none is allowed.
 
@@ -238,7 +257,8 @@ def _remove_faces(
                     new[i, 0], new[i, 1], new[i, 2], new[i, 3] = a, b, polygon[i], polygon[(i + 1) % corners]
         if m >= 2 * _MOST_FACES or not by_fitness:
             break
-        above, under, w = _next_face(tets, across, tops[worst], a, b, polygon[worst], polygon[(worst + 1) % corners])
+        p, q = polygon[worst], polygon[(worst + 1) % corners]
+        above, under, w = _next_face(tets, across, tops[worst], a, b, p, q, part_of, part)
         if w < 0:
             break
         for i in range(corners):
@@ -257,16 +277,31 @@ def _remove_faces(
     return best_m, best_m // 2 + 2 if best_m else 0
 
 
+@inner
+def _within(across: Ints, old: Ints, m: int, part_of: Parts, part: int) -> bool:
+    """Whether the neighbours of these tets, whose tables change with them, are of the part too."""
+    for i in range(m):
+        for k in range(4):
+            o = across[old[i], k]
+            if o >= 0 and part_of[o // 4] != part:
+                return False
+    return True
+
+
 @kernel
 def swap(
     points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
     least: Floats, below: float, by_fitness: bool, floor: float, give: float,
+    rows: Ints, part_of: Parts, part: int, late: Mask,
 ) -> int:  # fmt: skip
-    """One sweep of swaps over the tets of fitness under `below`; the number made. All tables change in place.
+    """One sweep of swaps over those of the tets `rows` with a fitness under `below`; the number made. All tables change
+    in place.
 
     fit, price: (cap,) fitness and cost of each tet. floor: fitness above which a swap for cost may lower the smallest.
     least: (n,) quality that no tet at a point may fall under.
     give: part by which a swap for cost may raise it: a little leads out of poor local optima, below 0 asks for a gain.
+    part_of: (cap,) the part that each row belongs to; only those of `part` are read and written, and `rows` and `free`
+    hold no others. late: (cap,) set for tets that a swap was not tried at because it leaves the part.
     """
     ring = np.empty(_LARGEST_RING + 1, np.int64)
     old = np.empty(64, np.int64)
@@ -279,14 +314,15 @@ def swap(
     polygon = np.empty(_MOST_FACES + 2, np.int64)
     tops = np.empty(_MOST_FACES + 2, np.int64)
     made = 0
-    for t in range(tets.shape[0]):
+    for t in rows:
         if tets[t, 0] < 0 or fit[t] >= below:
             continue
         done = False
         for e in range(6):
             a, b = tets[t, _EDGES[e, 0]], tets[t, _EDGES[e, 1]]
-            m = _ring(tets, across, t, a, b, ring, old, fit, below, not by_fitness)
+            m = _ring(tets, across, t, a, b, ring, old, fit, below, not by_fitness, part_of, part)
             if m < 3:
+                late[t] |= m == _OUTSIDE
                 continue
             old_fit, old_cost = np.inf, 0.0
             for i in range(m):
@@ -300,7 +336,10 @@ def swap(
             if not _allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
                 continue
             n = _build(a, b, ring, m, pick, new, stack)
-            if hurts(points, new, n, least):
+            if hurts(points, new, n, least, low_fit):
+                continue
+            if not _within(across, old, m, part_of, part):
+                late[t] = True
                 continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
                 for i in range(n):
@@ -315,12 +354,18 @@ def swap(
             if o < 0:
                 continue
             u = o // 4
+            if part_of[u] != part:
+                late[t] = True
+                continue
             if not by_fitness and fit[u] < below and u < t:
                 continue  # tried from the other side
             m, n = _remove_faces(
-                points, tets, across, fit, price, t, f, by_fitness, floor, give, old, new, polygon, tops
+                points, tets, across, fit, price, t, f, by_fitness, floor, give, old, new, polygon, tops, part_of, part
             )
-            if n == 0 or hurts(points, new, n, least):
+            if n == 0 or hurts(points, new, n, least, 0.0):
+                continue
+            if not _within(across, old, m, part_of, part):
+                late[t] = True
                 continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
                 for i in range(n):
@@ -331,11 +376,13 @@ def swap(
 
 
 @inner
-def hurts(points: Floats, new: Ints, n: int, least: Floats) -> bool:
-    """Whether one of these tets is worse than a point of it may have."""
+def hurts(points: Floats, new: Ints, n: int, least: Floats, fit: float) -> bool:
+    """Whether one of these tets is worse than a point of it may have. fit: none has a fitness under that."""
+    sure = quality_floor(fit)
     for i in range(n):
         a, b, c, d = new[i, 0], new[i, 1], new[i, 2], new[i, 3]
-        if quality_of(points, a, b, c, d) < max(least[a], least[b], least[c], least[d]):
+        bound = max(least[a], least[b], least[c], least[d])
+        if sure < bound and quality_of(points, a, b, c, d) < bound:
             return True
     return False
 

@@ -17,7 +17,7 @@ from meshwright.repair.pairing import WALL, pair_sides
 
 Mask = NDArray[np.bool_]
 
-__all__ = ["neighbours", "replace_cavity", "wall_points"]
+__all__ = ["WALL", "neighbours", "replace_cavity", "wall_points"]
 
 _FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]], dtype=np.int64)
 

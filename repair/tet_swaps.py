@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
-from meshwright.repair.tet_shape import both, quality_floor, quality_of
+from meshwright.repair.tet_shape import both, cost_of, quality_floor, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["hurts", "outward", "swap"]
@@ -104,55 +104,64 @@ def _ring(
 
 
 @inner
-def _remove_edge(
-    points: Floats,
-    a: int,
-    b: int,
-    ring: Ints,
-    m: int,
-    by_fitness: bool,
-    most: float,
-    least: float,
-    value: Floats,
-    low: Floats,
-    pick: Ints,
-) -> tuple[float, float]:
-    """(cost, smallest fitness) of the best triangulation of the ring; `pick` says which.
+def _least_cost(
+    points: Floats, a: int, b: int, ring: Ints, m: int, most: float, value: Floats, pick: Ints
+) -> float:  # fmt: skip
+    """Cost of the cheapest triangulation of the ring, inf where none is under `most`; `pick` says which it is.
 
-    by_fitness: the best is the one of the largest smallest fitness, else of the least cost.
-    most, least: what costs that much, or has a fitness below that, is not looked into: no tet costs less than 1.
-    value[i, j], low[i, j]: summed cost and smallest fitness of the best triangulation of ring i to j.
+    value[i, j]: cost of the cheapest triangulation of ring i to j. No tet costs less than 1.
     """
     for i in range(m - 1):
         value[i, i + 1] = 0.0
+    for span in range(2, m):
+        for i in range(m - span):
+            j = i + span
+            rest = 2.0 * (m - 1 - span)
+            value[i, j] = np.inf
+            pick[i, j] = -1
+            for k in range(i + 1, j):
+                before = value[i, k] + value[k, j]
+                bound = min(value[i, j], most - rest)
+                if before + 2.0 >= bound:
+                    continue
+                c = before + cost_of(points, a, ring[i], ring[k], ring[j])
+                if c + 1.0 >= bound:
+                    continue
+                c += cost_of(points, ring[i], ring[k], ring[j], b)
+                if c < bound:
+                    value[i, j] = c
+                    pick[i, j] = k
+    return value[0, m - 1]
+
+
+@inner
+def _most_fit(
+    points: Floats, a: int, b: int, ring: Ints, m: int, least: float, low: Floats, pick: Ints
+) -> float:  # fmt: skip
+    """The largest smallest fitness of a triangulation of the ring, under 0 where none is over `least`; `pick` says
+    which it is.
+
+    low[i, j]: largest smallest fitness of a triangulation of ring i to j.
+    """
+    for i in range(m - 1):
         low[i, i + 1] = np.inf
     for span in range(2, m):
         for i in range(m - span):
             j = i + span
-            value[i, j] = np.inf
             low[i, j] = -np.inf
             pick[i, j] = -1
             for k in range(i + 1, j):
-                if low[i, k] <= 0.0 or low[k, j] <= 0.0:
+                f = min(low[i, k], low[k, j])
+                if not f > max(least, low[i, j]):
                     continue
-                rest = 2.0 * (m - 1 - span)
-                before = value[i, k] + value[k, j] + rest
-                if before + 2.0 >= most:
+                f = min(f, both(points, a, ring[i], ring[k], ring[j])[0])
+                if not f > max(least, low[i, j]):
                     continue
-                f1, c1 = both(points, a, ring[i], ring[k], ring[j])
-                if f1 <= 0.0 or f1 < least or before + 1.0 + c1 >= most:
-                    continue
-                f2, c2 = both(points, ring[i], ring[k], ring[j], b)
-                if f2 <= 0.0 or f2 < least or before + c1 + c2 >= most:
-                    continue
-                f = min(f1, f2, low[i, k], low[k, j])
-                c = c1 + c2 + value[i, k] + value[k, j]
-                better = (f > low[i, j]) if by_fitness else (c < value[i, j])
-                if better:
-                    value[i, j] = c
+                f = min(f, both(points, ring[i], ring[k], ring[j], b)[0])
+                if f > max(least, low[i, j]):
                     low[i, j] = f
                     pick[i, j] = k
-    return value[0, m - 1], low[0, m - 1]
+    return low[0, m - 1]
 
 
 @inner
@@ -174,6 +183,17 @@ def _build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Int
         stack[top + 1, 0], stack[top + 1, 1] = k, j
         top += 2
     return n
+
+
+@inner
+def _sum_of(points: Floats, new: Ints, n: int) -> tuple[float, float]:
+    """(summed cost, smallest fitness) of these tets."""
+    total, low = 0.0, np.inf
+    for i in range(n):
+        f, c = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
+        total += c
+        low = min(low, f)
+    return total, low
 
 
 @inner
@@ -278,6 +298,15 @@ def _remove_faces(
 
 
 @inner
+def _cost_without(points: Floats, tets: Ints, t: int, f: int, b: int) -> float:
+    """Summed cost of the three tets around the edge from corner f of tet t to b, the point beyond the face."""
+    a = tets[t, f]
+    p, q, r = outward(tets, t, f)
+    total = cost_of(points, a, b, p, q) + cost_of(points, a, b, q, r)
+    return total + cost_of(points, a, b, r, p)
+
+
+@inner
 def _within(across: Ints, old: Ints, m: int, part_of: Parts, part: int) -> bool:
     """Whether the neighbours of these tets, whose tables change with them, are of the part too."""
     for i in range(m):
@@ -307,8 +336,7 @@ def swap(
     old = np.empty(64, np.int64)
     new = np.empty((64, 4), np.int64)
     rim = np.empty((128, 4), np.int64)
-    value = np.empty((_LARGEST_RING, _LARGEST_RING))
-    low = np.empty((_LARGEST_RING, _LARGEST_RING))
+    table = np.empty((_LARGEST_RING, _LARGEST_RING))
     pick = np.empty((_LARGEST_RING, _LARGEST_RING), np.int64)
     stack = np.empty((64, 2), np.int64)
     polygon = np.empty(_MOST_FACES + 2, np.int64)
@@ -328,14 +356,17 @@ def swap(
             for i in range(m):
                 old_fit = min(old_fit, fit[old[i]])
                 old_cost += price[old[i]]
-            most = np.inf if by_fitness else old_cost * (1.0 + give)
-            floor_here = old_fit if by_fitness else min(old_fit, floor)
-            if 2.0 * (m - 2) >= most:
-                continue
-            total, low_fit = _remove_edge(points, a, b, ring, m, by_fitness, most, floor_here, value, low, pick)
+            if by_fitness:
+                if not _most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
+                    continue
+            else:
+                most = old_cost * (1.0 + give)
+                if 2.0 * (m - 2) >= most or not _least_cost(points, a, b, ring, m, most, table, pick) < most:
+                    continue
+            n = _build(a, b, ring, m, pick, new, stack)
+            total, low_fit = _sum_of(points, new, n)
             if not _allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
                 continue
-            n = _build(a, b, ring, m, pick, new, stack)
             if hurts(points, new, n, least, low_fit):
                 continue
             if not _within(across, old, m, part_of, part):
@@ -359,6 +390,10 @@ def swap(
                 continue
             if not by_fitness and fit[u] < below and u < t:
                 continue  # tried from the other side
+            if not by_fitness and _cost_without(points, tets, t, f, tets[u, o % 4]) >= (price[t] + price[u]) * (
+                1.0 + give
+            ):
+                continue
             m, n = _remove_faces(
                 points, tets, across, fit, price, t, f, by_fitness, floor, give, old, new, polygon, tops, part_of, part
             )

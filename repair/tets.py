@@ -32,7 +32,11 @@ tets."""
 _SETTLED = ((0.1, 1), (-1e-6, 1))
 _FEW = 0.02
 """Where a first sweep swaps less than this part of the tets, the mesh has been shaken before."""
+_STILL = 0.005
+"""And where it lowers the summed cost by less than this part of it, further rounds gain nothing worth a change."""
 _WORST_ROUNDS = 12
+_SHAKES = 4
+_AROUND = 3
 _GOOD = 0.16
 """Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
 _FREE_ROUNDS = 12
@@ -146,12 +150,17 @@ class TetTables:
         return self.points[np.append(self.place, rest)], given[self.tets[rows]], self.origin[rows]
 
     @property
+    def total(self) -> float:
+        """Summed cost of all tets."""
+        return float(self.cost[self.living].sum())
+
+    @property
     def floor(self) -> float:
         """Fitness that no change for the mean may take a neighbourhood under: that of the worst tet there is."""
         return float(self.fit[self.living].min())
 
-    def swap(self, below: float, by_fitness: bool, give: float = -1e-6) -> int:
-        """One sweep of swaps; see `tet_swaps.swap`."""
+    def swap(self, below: float, by_fitness: bool, give: float = -1e-6, near: Mask | None = None) -> int:
+        """One sweep of swaps; see `tet_swaps.swap`. near (points,): only tets of which all points are there."""
         floor = np.inf if by_fitness else self.floor
         late: Mask = np.zeros(len(self.tets), np.bool_)
         width = self.tets.dtype
@@ -164,10 +173,10 @@ class TetTables:
                 )
             )  # fmt: skip
 
-        def swept(layer: Ints, only_late: bool) -> int:
+        def swept(layer: Ints, parts: int, only_late: bool = False) -> int:
             self.part_of[:] = layer
             jobs = []
-            for part in range(int(layer.max()) + 1):
+            for part in range(parts):
                 rows = np.flatnonzero(layer == part)
                 free = _stack(rows[self.tets[rows, 0] < 0], len(rows), width)
                 jobs.append((part, rows[late[rows]] if only_late else rows, free))
@@ -175,15 +184,17 @@ class TetTables:
 
         tried = int(np.count_nonzero((self.tets[:, 0] >= 0) & (self.fit < below)))
         parts = max(1, min(_MOST_PARTS, int(tried ** (1.0 / 3.0) / _LAYERS)))
-        if parts == 1:
-            made = swept(np.zeros(len(self.tets), np.uint8), only_late=False)
+        if near is not None:
+            made = swept(~(near[self.tets].all(axis=1) | (self.tets[:, 0] < 0)), 1)
+        elif parts == 1:
+            made = swept(np.zeros(len(self.tets), np.uint8), 1)
         else:
             # each half layer is in one part with one neighbour first, then with the other one: what lies across the
             # borders of the first parts is well inside the second
             half = self._layers(2 * parts)
-            made = swept(half // 2, only_late=False)
-            made += swept((half + 1) // 2, only_late=True)
-            self.part_of[:] = 0
+            made = swept(half // 2, parts)
+            made += swept((half + 1) // 2, parts + 1, only_late=True)
+        self.part_of[:] = 0
         self.free = _stack(np.flatnonzero(self.tets[:, 0] < 0), len(self.tets), width)
         return made
 
@@ -216,11 +227,24 @@ class TetTables:
             )
         )  # fmt: skip
 
-    def move(self, sweeps: int, below: float | None = None) -> int:
-        """Smooth all points that may move, or raise the worst of those at tets of fitness under `below`."""
+    def around(self, below: float, layers: int) -> Mask:
+        """(points,) those of tets of fitness under `below`, and so many layers of points around these."""
+        out: Mask = np.zeros(len(self.points), np.bool_)
+        living = self.tets[self.living]
+        out[living[self.fit[self.living] < below]] = True
+        for _ in range(layers):
+            out[living[out[living].any(axis=1)]] = True
+        return out
+
+    def move(self, sweeps: int, below: float | None = None, near: Mask | None = None) -> int:
+        """Smooth all points that may move, or raise the worst of those at tets of fitness under `below`.
+
+        near (points,): only these.
+        """
         begin, items = stars(self.tets, len(self.points))
         if below is None:
-            rows = np.flatnonzero(~self.held & (np.diff(begin) > 0))
+            free = ~self.held & (np.diff(begin) > 0)
+            rows = np.flatnonzero(free if near is None else free & near)
         else:
             bad = self.tets[(self.tets[:, 0] >= 0) & (self.fit < below)]
             rows = np.unique(bad)
@@ -289,11 +313,14 @@ def smooth_tets(tables: TetTables) -> int:
 
 def improve_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
     """(swaps, moves): the mean first, then the worst until nothing gives."""
+    before = tables.total
     swaps = tables.swap(np.inf, by_fitness=False)
-    rounds = _SETTLED if swaps < _FEW * len(tables.living) else _SHAKING + _SETTLING
     moves = tables.move(1)
+    rounds = _SHAKING + _SETTLING
+    if swaps < _FEW * len(tables.living):
+        rounds = _SETTLED if tables.total < before * (1.0 - _STILL) else ()
     for i, (give, sweeps) in enumerate(rounds):
-        tell("swap and smooth", i, len(rounds) + _WORST_ROUNDS)
+        tell("swap and smooth", i, len(rounds) + _SHAKES + 1)
         swaps += tables.swap(np.inf, by_fitness=False, give=give)
         moves += tables.move(sweeps)
     made, moved = raise_worst_tets(tables, tell, len(rounds))
@@ -301,14 +328,27 @@ def improve_tets(tables: TetTables, tell: Tell = _silent) -> tuple[int, int]:
 
 
 def raise_worst_tets(tables: TetTables, tell: Tell = _silent, told: int = 0) -> tuple[int, int]:
-    """(swaps, moves): each raises the smallest fitness of the tets that it touches. told: rounds that came before."""
+    """(swaps, moves): raise the smallest fitness; where that gets stuck, shake what lies around the worst tets.
+
+    told: rounds that came before.
+    """
     swaps = moves = 0
-    for i in range(_WORST_ROUNDS):
-        tell("raise the worst", told + i, told + _WORST_ROUNDS)
-        made, moved = tables.swap(_GOOD, by_fitness=True), tables.move(1, below=_GOOD)
-        swaps, moves = swaps + made, moves + moved
-        if not made + moved:
+    before = -np.inf
+    for shake in range(_SHAKES + 1):
+        tell("raise the worst", told + shake, told + _SHAKES + 1)
+        for _ in range(_WORST_ROUNDS):
+            made, moved = tables.swap(_GOOD, by_fitness=True), tables.move(1, below=_GOOD)
+            swaps, moves = swaps + made, moves + moved
+            if not made + moved:
+                break
+        worst = tables.floor
+        if worst >= _GOOD or shake == _SHAKES or worst <= _RISE * before:
             break
+        before = worst
+        near = tables.around(_NEAR * worst, _AROUND)
+        for give, sweeps in _SHAKING[-2:] + _SETTLING:
+            swaps += tables.swap(np.inf, by_fitness=False, give=give, near=near)
+            moves += tables.move(sweeps, near=near)
     return swaps, moves
 
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import wraps
 from threading import Lock, RLock
-from typing import TypeVar
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 from meshwright.audit.mesh import Mesh
 
-__all__ = ["once_per_mesh"]
+__all__ = ["forget", "once_per_mesh"]
 
 T = TypeVar("T")
+
+_NOTHING: Any = object()
+_everything: list[WeakKeyDictionary[Mesh, Any]] = []
 
 
 def once_per_mesh(compute: Callable[[Mesh], T]) -> Callable[[Mesh], T]:
@@ -21,6 +24,7 @@ def once_per_mesh(compute: Callable[[Mesh], T]) -> Callable[[Mesh], T]:
     Threads that ask at once for the same of the same mesh wait for the first of them.
     """
     kept: WeakKeyDictionary[Mesh, T] = WeakKeyDictionary()
+    _everything.append(kept)
     busy: WeakKeyDictionary[Mesh, RLock] = WeakKeyDictionary()
     opening = Lock()
 
@@ -32,8 +36,18 @@ def once_per_mesh(compute: Callable[[Mesh], T]) -> Callable[[Mesh], T]:
             with opening:
                 here = busy.setdefault(mesh, RLock())
             with here:
-                if mesh not in kept:
-                    kept[mesh] = compute(mesh)
-                return kept[mesh]
+                found = kept.get(mesh, _NOTHING)
+                if found is _NOTHING:
+                    found = kept[mesh] = compute(mesh)
+                return found
 
     return cached
+
+
+def forget(mesh: Mesh) -> None:
+    """Let go of all that is kept of a mesh, for who needs the room more than the time; it is computed anew if needed.
+
+    Its faces alone take more than twice the memory of a mesh of tets.
+    """
+    for kept in _everything:
+        kept.pop(mesh, None)

@@ -135,6 +135,12 @@ def without_gone(mesh: Mesh, gone: Ints, n_before: int) -> tuple[Mesh, Ints, str
 
 def padded(mesh: Mesh) -> Ints:
     """(n_cells, k) nodes of every cell, -1 where it has fewer than the largest."""
+    if (
+        len(mesh.blocks) == 1
+        and mesh.blocks[0].items is None
+        and np.array_equal(mesh.blocks[0].rows, np.arange(mesh.n_cells))
+    ):
+        return mesh.blocks[0].nodes
     width = max((b.nodes.shape[1] for b in mesh.blocks if b.items is None), default=0)
     out = np.full((mesh.n_cells, max(width, 1)), -1, np.int64)
     for block in mesh.blocks:

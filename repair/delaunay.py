@@ -21,8 +21,8 @@ from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.refine import chosen_cells
 from meshwright.repair.split import linear_only
 from meshwright.repair.tet_swaps import outward
+from meshwright.repair.tet_tables import TetTables
 from meshwright.repair.tet_topology import replace_cavity
-from meshwright.repair.tets import TetTables
 
 __all__ = ["in_sphere", "insert_delaunay"]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import IntFlag
 from fnmatch import fnmatchcase
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,9 @@ from meshwright.repair.sliding import sliding_points
 __all__ = ["Hold", "border_faces", "edge_walls", "held_points", "holds", "sliding", "zone_walls"]
 
 Mask = NDArray[np.bool_]
+
+_found: WeakKeyDictionary[Mesh, dict[tuple[str, ...], NDArray[np.uint8]]] = WeakKeyDictionary()
+"""What holds the points of a mesh, kept by the globs asked for: small beside the faces that it follows from."""
 
 
 class Hold(IntFlag):
@@ -96,6 +100,13 @@ def holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
 
     UsageError for a glob of `options.hold` that matches no zone.
     """
+    found = _found.setdefault(mesh, {})
+    if options.hold not in found:
+        found[options.hold] = _holds(mesh, options)
+    return found[options.hold]
+
+
+def _holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
     held = np.zeros(len(mesh.points), np.uint8)
     sides = faces(mesh)
     outside = sides.neighbour == NO_CELL
@@ -108,7 +119,6 @@ def holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
     for zone in mesh.zones:
         if zone.entity == "point":
             held[zone.members] |= Hold.POINTS.value
-    offsets, nodes = nodes_of_cells(mesh)
     for pattern in options.hold:
         matching = [zone for zone in mesh.zones if fnmatchcase(zone.name, pattern)]
         if not matching:
@@ -118,10 +128,12 @@ def holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
             if zone.entity == "cell":
                 chosen = np.zeros(mesh.n_cells, np.bool_)
                 chosen[zone.members] = True
+                offsets, nodes = nodes_of_cells(mesh)
                 held[nodes[np.repeat(chosen, np.diff(offsets))]] |= Hold.ASKED.value
     for block in mesh.blocks:
         if CELL_TYPES[block.type].order > 1:
             held[block.nodes.ravel()] |= Hold.CURVED.value
         elif CELL_TYPES[block.type].corners == "wedge":
             held[block.nodes.ravel()] |= Hold.LAYER.value
+    held.flags.writeable = False
     return held

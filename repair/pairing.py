@@ -26,9 +26,11 @@ def pair_sides(cells: Ints, corners: Ints, walls: Ints) -> Ints:
     n = len(cells) * len(corners)
     narrow = n + len(closed) < 2**31
     partner: Ints = np.full(n, WALL, np.int32 if narrow else np.int64)
-    # at most five eighths full: the search of a place that is free then ends after a step or two
-    room = 1 << max(4, int(1.6 * (n + len(closed))).bit_length())
-    _pair(cells, corners, closed, np.full(room, -1, partner.dtype), partner)
+    # most sides are two of a kind: the table is made for that, and larger where it is not so
+    bits = max(4, int(0.75 * (n + len(closed))).bit_length())
+    while not _pair(cells, corners, closed, np.full(1 << bits, -1, partner.dtype), partner):
+        partner[:] = WALL
+        bits += 1
     return partner.reshape(len(cells), len(corners))
 
 
@@ -55,11 +57,12 @@ def _same(one: Ints, two: Ints) -> bool:
 
 
 @kernel
-def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -> None:
-    """Fill in `partner`. table: (2^b,) -1, room for the sides by a hash of their nodes: no point is too busy for it."""
+def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -> bool:
+    """Fill in `partner`; False where the table, (2^b,) of -1, is too small. It has room for the sides by a hash of all
+    their nodes: no point is too busy for it."""
     nodes, other = np.empty(corners.shape[1], np.int64), np.empty(corners.shape[1], np.int64)
     last = table.size - 1
-    n = partner.size
+    n, used = partner.size, 0
     for turn in range(n + walls.shape[0]):
         side = n + turn if turn < walls.shape[0] else turn - walls.shape[0]  # walls first
         _write_sorted(cells, corners, walls, side, nodes)
@@ -75,6 +78,9 @@ def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -
             at = (at + 1) & last
         first = table[at]
         if first < 0:
+            if 8 * used > 7 * table.size:
+                return False
+            used += 1
             table[at] = side
         elif side >= n:
             continue  # the same wall twice
@@ -89,3 +95,4 @@ def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -
             partner[side] = _CROWDED
     for side in range(n):
         partner[side] = max(partner[side], WALL)
+    return True

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from meshwright.audit.jit import kernel
 from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.audit.parallel import workers
@@ -73,10 +74,21 @@ def worst_around_points(nodes: Ints, at_points: Floats) -> Floats:
 
     nodes (m, k): point rows of the cells, -1 where one has fewer. at_points (n,): quality of the worst cell at each.
     """
-    low = np.append(at_points, np.inf)
-    around = np.full(len(low), np.inf)
-    np.minimum.at(around, nodes, low[nodes].min(axis=1)[:, None])
-    return around[:-1]
+    around = np.full(len(at_points), np.inf)
+    _spread(nodes, at_points, around)
+    return around
+
+
+@kernel
+def _spread(nodes: Ints, low: Floats, around: Floats) -> None:
+    for c in range(nodes.shape[0]):
+        worst = np.inf
+        for k in range(nodes.shape[1]):
+            if nodes[c, k] >= 0:
+                worst = min(worst, low[nodes[c, k]])
+        for k in range(nodes.shape[1]):
+            if nodes[c, k] >= 0:
+                around[nodes[c, k]] = min(around[nodes[c, k]], worst)
 
 
 def worst_first(before: Standing, after: Standing, least: float = WORTH) -> bool:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from meshwright.audit.cache import forget
 from meshwright.audit.errors import MeshError, UsageError
 from meshwright.audit.mesh import Ints, Mesh
 from meshwright.audit.parallel import limited_to
@@ -316,9 +317,12 @@ def _transaction(
     if outcome.mesh is mesh:
         return None, now
     after = standing(outcome.mesh)
+    forget(mesh)
     if row.repeats and not worst_first(now, after):
         return step("rolled back", _NO_GAIN, outcome, after), now
     fault = broken(row, mesh, outcome, now, after, options)
+    forget(mesh)
+    forget(outcome.mesh)
     if fault:
         refused.append(f"{row.name} was rolled back: {fault}")
         return step("rolled back", fault, outcome, after), now

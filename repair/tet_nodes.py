@@ -16,7 +16,7 @@ from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
 from meshwright.repair.tet_shape import both
 from meshwright.repair.tet_smooth import LARGEST_STAR, climb, fit_at
-from meshwright.repair.tet_swaps import hurts, outward
+from meshwright.repair.tet_swaps import hurts, outward, rate_again
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["contract", "insert"]
@@ -56,7 +56,7 @@ def _star(tets: Ints, across: Ints, start: int, p: int, found: Ints) -> int:
 
 @kernel
 def contract(
-    points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
+    points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, free: Ints,
     least: Floats, held: Mask, below: float,
 ) -> int:  # fmt: skip
     """Contract edges of tets of fitness under `below` where the smallest fitness around rises; the number made.
@@ -69,7 +69,7 @@ def contract(
     rim = np.empty((512, 4), np.int64)
     made = 0
     for t in range(tets.shape[0]):
-        if tets[t, 0] < 0 or fit[t] >= below:
+        if not fit[t] < below:
             continue
         done = False
         for k in range(4):
@@ -106,8 +106,7 @@ def contract(
                         for q in range(4):
                             best[i, q] = new[i, q]
             if n_best and replace_cavity(tets, across, old, m, best, n_best, free, rim, origin):
-                for i in range(n_best):
-                    fit[old[i]], price[old[i]] = both(points, best[i, 0], best[i, 1], best[i, 2], best[i, 3])
+                rate_again(points, fit, old, m, best, n_best)
                 made += 1
                 done = True
             if done:
@@ -165,7 +164,7 @@ def _cone(points: Floats, least: Floats, rim: Ints, m: int, base: Floats) -> Non
 
 @kernel
 def insert(
-    points: Floats, count: Ints, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
+    points: Floats, count: Ints, tets: Ints, across: Ints, origin: Ints, fit: Floats, free: Ints,
     least: Floats, below: float,
 ) -> int:  # fmt: skip
     """Insert points at tets of fitness under `below` where the smallest fitness of the cavity rises; the number made.
@@ -184,7 +183,7 @@ def insert(
     no_across = np.empty((0, 3), np.int64)
     made = 0
     for t in range(tets.shape[0]):
-        if tets[t, 0] < 0 or fit[t] >= below or count[0] >= points.shape[0]:
+        if not fit[t] < below or count[0] >= points.shape[0]:
             continue
         x = y = z = 0.0
         for k in range(4):
@@ -234,8 +233,7 @@ def insert(
         rows = np.empty(max(n, m), np.int64)
         rows[:n] = cavity[:n]
         if replace_cavity(tets, across, rows, n, new, m, free, scratch, origin):
-            for r in range(m):
-                fit[rows[r]], price[rows[r]] = both(points, new[r, 0], new[r, 1], new[r, 2], new[r, 3])
+            rate_again(points, fit, rows, n, new, m)
             count[0] += 1
             made += 1
     return made

@@ -6,11 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from meshwright.audit.cache import forget
 from meshwright.audit.mesh import Mesh
 from meshwright.repair.carrying import assignable, with_cells, with_more_points, with_points, without_gone
 from meshwright.repair.held import held_points, sliding, zone_walls
 from meshwright.repair.outcome import FREE, Options, Outcome
-from meshwright.repair.tets import TetTables, free_tets, improve_tets, raise_worst_tets, smooth_tets, swap_tets
+from meshwright.repair.tet_tables import TetTables
+from meshwright.repair.tets import free_tets, improve_tets, raise_worst_tets, smooth_tets, swap_tets
 
 __all__ = ["improve", "raise_worst", "smooth", "swap"]
 
@@ -27,13 +29,14 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
     slides = sliding(mesh, options)
     n = len(mesh.points)
     room = _ROOM if options.nodes == FREE else 0.0
-    tables = TetTables.of(
-        mesh.points, block.nodes, zone_walls(mesh), held_points(mesh, options), slides, options.sheet, room
-    )
+    walls, held = zone_walls(mesh), held_points(mesh, options)
+    forget(mesh)  # its faces would stand beside the tables
+    tables = TetTables.of(mesh.points, block.nodes, walls, held, slides, options.sheet, room)
     swaps, moves = work(tables)
     if not swaps and not moves:
         return Outcome(mesh, 0)
     points, tets, origin = tables.result()
+    del tables
     fresh, cells_from, points_from = with_more_points(with_points(mesh, points[:n]), points[n:]), None, None
     moved = int(np.count_nonzero((points[:n] != mesh.points).any(axis=1)))
     note = f"{swaps:,} swaps, {moved:,} points moved"

@@ -42,20 +42,23 @@ LARGEST_STAR = 512
 @kernel
 def stars(tets: Ints, n_points: int) -> tuple[Ints, Ints]:
     """(offsets, items): the rows of the living tets at each point, ascending."""
-    begin = np.zeros(n_points + 1, np.int64)
+    begin = np.zeros(n_points + 1, tets.dtype)
     for t in range(tets.shape[0]):
         if tets[t, 0] >= 0:
             for k in range(4):
                 begin[tets[t, k] + 1] += 1
     for p in range(n_points):
         begin[p + 1] += begin[p]
-    cursor = begin[:-1].copy()
-    items = np.empty(begin[n_points], np.int32)
+    items = np.empty(begin[n_points], tets.dtype)
     for t in range(tets.shape[0]):
         if tets[t, 0] >= 0:
             for k in range(4):
-                items[cursor[tets[t, k]]] = t
-                cursor[tets[t, k]] += 1
+                items[begin[tets[t, k]]] = t
+                begin[tets[t, k]] += 1
+    # each offset has moved on to where the next one was
+    for p in range(n_points, 0, -1):
+        begin[p] = begin[p - 1]
+    begin[0] = 0
     return begin, items
 
 
@@ -66,7 +69,7 @@ def colours(cells: Ints, begin: Ints, items: Ints, moving: Ints) -> tuple[Ints, 
     cells: (m, k) point rows; begin, items: cells at each point; moving: point rows, ascending. Greedy.
     """
     n = begin.size - 1
-    colour = np.full(n, -1, np.int64)
+    colour = np.full(n, -1, np.int16)
     taken = np.full(256, -1, np.int64)
     most = 0
     for i in range(moving.size):
@@ -87,7 +90,7 @@ def colours(cells: Ints, begin: Ints, items: Ints, moving: Ints) -> tuple[Ints, 
     for c in range(most):
         stops[c + 1] += stops[c]
     cursor = stops[:-1].copy()
-    order = np.empty(moving.size, np.int64)
+    order = np.empty(moving.size, moving.dtype)
     for i in range(moving.size):
         c = colour[moving[i]]
         order[cursor[c]] = moving[i]
@@ -499,11 +502,12 @@ def raise_worst(
 
 
 @kernel
-def rate(points: Floats, tets: Ints, fit: Floats, price: Floats) -> None:
-    """Fill in the fitness and cost of every living tet."""
+def rate(points: Floats, tets: Ints, fit: Floats) -> None:
+    """Fill in the fitness of every tet, inf in rows that are free."""
     for t in range(tets.shape[0]):
+        fit[t] = np.inf
         if tets[t, 0] >= 0:
-            fit[t], price[t] = both(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+            fit[t] = both(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])[0]
 
 
 @kernel

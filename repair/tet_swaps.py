@@ -22,7 +22,7 @@ from meshwright.repair.held import Mask
 from meshwright.repair.tet_shape import both, cost_of, quality_floor, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
-__all__ = ["hurts", "outward", "swap"]
+__all__ = ["hurts", "outward", "rate_again", "swap"]
 
 Parts = NDArray[np.uint8]
 
@@ -243,7 +243,7 @@ def _next_face(
 
 @inner
 def _remove_faces(
-    points: Floats, tets: Ints, across: Ints, fit: Floats, price: Floats, t: int, f: int,
+    points: Floats, tets: Ints, across: Ints, fit: Floats, t: int, f: int,
     by_fitness: bool, floor: float, give: float, old: Ints, new: Ints, polygon: Ints, tops: Ints,
     part_of: Parts, part: int,
 ) -> tuple[int, int]:  # fmt: skip
@@ -260,7 +260,7 @@ def _remove_faces(
     polygon[0], polygon[1], polygon[2] = outward(tets, t, f)
     tops[0], tops[1], tops[2] = t, t, t
     old[0], old[1] = t, o // 4
-    old_fit, old_cost = min(fit[t], fit[o // 4]), price[t] + price[o // 4]
+    old_fit, old_cost = min(fit[t], fit[o // 4]), row_cost(points, tets, t) + row_cost(points, tets, o // 4)
     m, corners, best, best_m = 2, 3, 0.0, 0
     while True:
         low, total, worst = np.inf, 0.0, 0
@@ -292,7 +292,7 @@ def _remove_faces(
         tops[worst] = tops[worst + 1] = above
         old[m], old[m + 1] = above, under
         old_fit = min(old_fit, fit[above], fit[under])
-        old_cost += price[above] + price[under]
+        old_cost += row_cost(points, tets, above) + row_cost(points, tets, under)
         m, corners = m + 2, corners + 1
     return best_m, best_m // 2 + 2 if best_m else 0
 
@@ -319,18 +319,18 @@ def _within(across: Ints, old: Ints, m: int, part_of: Parts, part: int) -> bool:
 
 @kernel
 def swap(
-    points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, price: Floats, free: Ints,
+    points: Floats, tets: Ints, across: Ints, origin: Ints, fit: Floats, free: Ints,
     least: Floats, below: float, by_fitness: bool, floor: float, give: float,
-    rows: Ints, part_of: Parts, part: int, late: Mask,
+    part_of: Parts, part: int, late: Mask, only_late: bool,
 ) -> int:  # fmt: skip
-    """One sweep of swaps over those of the tets `rows` with a fitness under `below`; the number made. All tables change
-    in place.
+    """One sweep of swaps over the tets of a part with a fitness under `below`; the number made. All tables change in
+    place.
 
-    fit, price: (cap,) fitness and cost of each tet. floor: fitness above which a swap for cost may lower the smallest.
+    fit: (cap,) fitness of each tet, inf in free rows. floor: above it a swap for cost may lower the smallest fitness.
     least: (n,) quality that no tet at a point may fall under.
     give: part by which a swap for cost may raise it: a little leads out of poor local optima, below 0 asks for a gain.
-    part_of: (cap,) the part that each row belongs to; only those of `part` are read and written, and `rows` and `free`
-    hold no others. late: (cap,) set for tets that a swap was not tried at because it leaves the part.
+    part_of: (cap,) the part that each row belongs to; only those of `part` are read and written, and `free` holds no
+    others. late: (cap,) set for tets that a swap was not tried at because it leaves the part. only_late: sweep those.
     """
     ring = np.empty(_LARGEST_RING + 1, np.int64)
     old = np.empty(64, np.int64)
@@ -342,8 +342,8 @@ def swap(
     polygon = np.empty(_MOST_FACES + 2, np.int64)
     tops = np.empty(_MOST_FACES + 2, np.int64)
     made = 0
-    for t in rows:
-        if tets[t, 0] < 0 or fit[t] >= below:
+    for t in range(tets.shape[0]):
+        if part_of[t] != part or not fit[t] < below or (only_late and not late[t]):
             continue
         done = False
         for e in range(6):
@@ -355,7 +355,7 @@ def swap(
             old_fit, old_cost = np.inf, 0.0
             for i in range(m):
                 old_fit = min(old_fit, fit[old[i]])
-                old_cost += price[old[i]]
+                old_cost += row_cost(points, tets, old[i])
             if by_fitness:
                 if not _most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
                     continue
@@ -373,8 +373,7 @@ def swap(
                 late[t] = True
                 continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
-                for i in range(n):
-                    fit[old[i]], price[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
+                rate_again(points, fit, old, m, new, n)
                 made += 1
                 done = True
                 break
@@ -390,12 +389,12 @@ def swap(
                 continue
             if not by_fitness and fit[u] < below and u < t:
                 continue  # tried from the other side
-            if not by_fitness and _cost_without(points, tets, t, f, tets[u, o % 4]) >= (price[t] + price[u]) * (
-                1.0 + give
-            ):
-                continue
+            if not by_fitness:
+                most = (row_cost(points, tets, t) + row_cost(points, tets, u)) * (1.0 + give)
+                if _cost_without(points, tets, t, f, tets[u, o % 4]) >= most:
+                    continue
             m, n = _remove_faces(
-                points, tets, across, fit, price, t, f, by_fitness, floor, give, old, new, polygon, tops, part_of, part
+                points, tets, across, fit, t, f, by_fitness, floor, give, old, new, polygon, tops, part_of, part
             )
             if n == 0 or hurts(points, new, n, least, 0.0):
                 continue
@@ -403,11 +402,25 @@ def swap(
                 late[t] = True
                 continue
             if replace_cavity(tets, across, old, m, new, n, free, rim, origin):
-                for i in range(n):
-                    fit[old[i]], price[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
+                rate_again(points, fit, old, m, new, n)
                 made += 1
                 break
     return made
+
+
+@inner
+def row_cost(points: Floats, tets: Ints, t: int) -> float:
+    """Cost of tet t."""
+    return cost_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+
+
+@inner
+def rate_again(points: Floats, fit: Floats, old: Ints, m: int, new: Ints, n: int) -> None:
+    """Fitness of the rows `old`, of m tets that gave way to the n of `new`; see `replace_cavity`."""
+    for i in range(n):
+        fit[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])[0]
+    for i in range(n, m):
+        fit[old[i]] = np.inf
 
 
 @inner

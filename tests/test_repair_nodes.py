@@ -12,7 +12,7 @@ from meshwright.repair import repair
 from meshwright.repair.held import held_points
 from meshwright.repair.journal import changes
 from meshwright.repair.outcome import FREE, Options
-from meshwright.repair.tets import TetTables
+from meshwright.repair.tet_tables import TetTables
 
 
 def delaunay(points):

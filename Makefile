@@ -23,7 +23,7 @@ viewer:
 	cd reports/html/viewer && npm ci --no-audit --no-fund && node build.mjs
 
 test: $(VENV)/.dev tests/schemas/node_modules
-	cd tests && ../$(BIN)/python -m pytest -n 2 --dist loadfile
+	cd tests && ../$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,7 +12,7 @@ from typing import BinaryIO
 
 from meshwright.audit.errors import UsageError, printable
 
-__all__ = ["check_writable", "replacing"]
+__all__ = ["check_new_folder", "check_writable", "new_folder", "replacing"]
 
 
 def _cannot(path: Path, reason: str) -> UsageError:
@@ -62,6 +63,39 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
     finally:
         if temporary:
             Path(temporary).unlink(missing_ok=True)
+
+
+def check_new_folder(path: Path) -> None:
+    """UsageError where `path` is there: a folder is not replaced, since it may hold more than we would write."""
+    if os.path.lexists(path):
+        raise _cannot(path, "it is there already; choose another folder, or move that one away")
+
+
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """A folder to fill, which gets the name `path` when the block ends without an exception, and goes away else.
+
+    Folders above are made. UsageError where `path` is there, or the file system refuses.
+    """
+    check_new_folder(path)
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = Path(tempfile.mkdtemp(prefix=f".{path.name[:100]}.", suffix=".part", dir=path.parent))
+        yield temporary
+        for file in temporary.iterdir():
+            with file.open("rb") as stream:
+                os.fsync(stream.fileno())
+        mask = os.umask(0o077)
+        os.umask(mask)
+        temporary.chmod(0o777 & ~mask)
+        temporary.rename(path)  # fails where a folder that is not empty has come there since
+        temporary = None
+    except OSError as error:
+        raise _cannot(path, error.strerror or "input/output error") from None
+    finally:
+        if temporary is not None:
+            shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _mode(target: Path) -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from meshwright.audit.errors import printable
 from meshwright.audit.mesh import NO_CELL, Mesh, Zone
 from meshwright.audit.surface import blocks_of_faces
+from meshwright.repair.face_order import order_faces
 
 __all__ = ["in_cell_form"]
 
@@ -37,5 +38,8 @@ def in_cell_form(mesh: Mesh) -> tuple[Mesh, tuple[str, ...]]:
             notes.append(f"zone {printable(zone.name, 100)!r} is left out: its inner faces follow from the cells")
         else:
             zones.append(replace(zone, members=np.searchsorted(rows, zone.members)))
+    turned = order_faces(mesh).changed
+    if turned:
+        notes.append(f"{turned} faces looked into the cell that owns them: what is written follows from the cells")
     fresh = replace(mesh, faces=None, boundary=blocks_of_faces(faces, rows), boundary_ids=None, zones=tuple(zones))
     return fresh, tuple(notes)

@@ -54,7 +54,11 @@ def surfaces_apart(one: tuple[Floats, Ints], two: tuple[Floats, Ints]) -> Apart:
 
 def _furthest(of: tuple[Floats, Ints], off: tuple[Floats, Ints]) -> tuple[float, tuple[float, float, float]]:
     x = of[0][of[1]]
-    where = np.concatenate([of[0][np.unique(of[1])], 0.5 * (x + np.roll(x, -1, axis=1)).reshape(-1, 3), x.mean(axis=1)])
+    one, two = of[1].astype(np.int64).ravel(), np.roll(of[1], -1, axis=1).ravel()
+    # each edge once, though two triangles have it
+    _, first = np.unique(np.minimum(one, two) * len(of[0]) + np.maximum(one, two), return_index=True)
+    middles = 0.5 * (of[0][one[first]] + of[0][two[first]])
+    where = np.concatenate([of[0][np.unique(one)], middles, x.mean(axis=1)])
     away, _ = Tree.of(*off).nearest(where)
     at = int(np.argmax(away))
     px, py, pz = where[at].tolist()

@@ -14,8 +14,9 @@ import numpy as np
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
+from meshwright.repair.face_order import order_faces
 from meshwright.repair.outcome import Options, Outcome
-from meshwright.repair.pairing import pair_sides
+from meshwright.repair.pairing import components, pair_sides
 from meshwright.repair.sizes import signed_sizes
 
 __all__ = ["mirrored", "orient"]
@@ -50,12 +51,12 @@ def mirrored(name: str) -> tuple[int, ...] | None:
 
 def orient(mesh: Mesh, options: Options) -> Outcome:
     """Reverse the cells whose hand differs from that of their component."""
-    if mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
-        return Outcome(
-            mesh, 0, refused=("cells given by their faces are not turned: their faces' order is the mesh's",)
-        )
+    if mesh.faces is not None:
+        return order_faces(mesh)
+    if any(block.items is not None for block in mesh.blocks):
+        return Outcome(mesh, 0, refused=("polygons are not turned",))
     first, second, alike = _meetings(mesh)
-    component, turned, torn = _components(mesh.n_cells, first, second, alike)
+    component, turned, torn = components(mesh.n_cells, first, second, alike)
     reverse = turned.astype(bool)
     weights = signed_sizes(mesh)
     n = int(component.max()) + 1
@@ -149,47 +150,3 @@ def _with_free_edges(mesh: Mesh, first: Ints, second: Ints) -> Ints:
         sides[block.rows] = len(CELL_TYPES[block.type].edges)
     met = np.bincount(first, minlength=mesh.n_cells) + np.bincount(second, minlength=mesh.n_cells)
     return np.flatnonzero(met < sides)
-
-
-@kernel
-def _components(n: int, first: Ints, second: Ints, alike: Ints) -> tuple[Ints, Ints, Ints]:
-    """(component, turned, torn): joined cells, whether each is turned against the first of its component, and the
-    cells at which that contradicts itself."""
-    degree = np.zeros(n + 1, np.int64)
-    for i in range(first.size):
-        degree[first[i] + 1] += 1
-        degree[second[i] + 1] += 1
-    for c in range(n):
-        degree[c + 1] += degree[c]
-    cursor = degree[:-1].copy()
-    links = np.empty(2 * first.size, np.int64)
-    for i in range(first.size):
-        links[cursor[first[i]]] = 2 * second[i] + alike[i]
-        cursor[first[i]] += 1
-        links[cursor[second[i]]] = 2 * first[i] + alike[i]
-        cursor[second[i]] += 1
-    component = np.full(n, -1, np.int64)
-    turned = np.zeros(n, np.int64)
-    torn = np.zeros(n, np.bool_)
-    stack = np.empty(n, np.int64)
-    found = 0
-    for start in range(n):
-        if component[start] >= 0:
-            continue
-        component[start] = found
-        stack[0] = start
-        top = 1
-        while top:
-            top -= 1
-            c = stack[top]
-            for i in range(degree[c], degree[c + 1]):
-                d, flips = links[i] // 2, links[i] % 2
-                if component[d] < 0:
-                    component[d] = found
-                    turned[d] = turned[c] ^ flips
-                    stack[top] = d
-                    top += 1
-                elif turned[d] != turned[c] ^ flips:
-                    torn[c] = True
-        found += 1
-    return component, turned, np.flatnonzero(torn)

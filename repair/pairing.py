@@ -1,4 +1,4 @@
-"""Which side of a cell lies on which side of another one."""
+"""Which side of a cell lies on which side of another one, and what agrees with what through that."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints
 
-__all__ = ["WALL", "pair_sides"]
+__all__ = ["WALL", "components", "pair_sides"]
 
 WALL = -1
 """Partner of a side that nothing may be done through."""
@@ -96,3 +96,50 @@ def _pair(cells: Ints, corners: Ints, walls: Ints, table: Ints, partner: Ints) -
     for side in range(n):
         partner[side] = max(partner[side], WALL)
     return True
+
+
+@kernel
+def components(n: int, first: Ints, second: Ints, alike: Ints) -> tuple[Ints, Ints, Ints]:
+    """(component, turned, torn) of n cells or faces: which are joined, whether each is turned against the first of its
+    component, and those at which that contradicts itself.
+
+    first, second (k,): pairs that meet. alike (k,): 1 where one of the two must be turned for them to agree.
+    """
+    degree = np.zeros(n + 1, np.int64)
+    for i in range(first.size):
+        degree[first[i] + 1] += 1
+        degree[second[i] + 1] += 1
+    for c in range(n):
+        degree[c + 1] += degree[c]
+    cursor = degree[:-1].copy()
+    links = np.empty(2 * first.size, np.int64)
+    for i in range(first.size):
+        links[cursor[first[i]]] = 2 * second[i] + alike[i]
+        cursor[first[i]] += 1
+        links[cursor[second[i]]] = 2 * first[i] + alike[i]
+        cursor[second[i]] += 1
+    component = np.full(n, -1, np.int64)
+    turned = np.zeros(n, np.int64)
+    torn = np.zeros(n, np.bool_)
+    stack = np.empty(n, np.int64)
+    found = 0
+    for start in range(n):
+        if component[start] >= 0:
+            continue
+        component[start] = found
+        stack[0] = start
+        top = 1
+        while top:
+            top -= 1
+            c = stack[top]
+            for i in range(degree[c], degree[c + 1]):
+                d, flips = links[i] // 2, links[i] % 2
+                if component[d] < 0:
+                    component[d] = found
+                    turned[d] = turned[c] ^ flips
+                    stack[top] = d
+                    top += 1
+                elif turned[d] != turned[c] ^ flips:
+                    torn[c] = True
+        found += 1
+    return component, turned, np.flatnonzero(torn)

@@ -12,7 +12,7 @@ __all__ = ["command"]
 @click.command("repair")
 @click.argument("path", metavar="IN")
 @click.option(
-    "-o", "--output-file", metavar="OUT", help="The repaired mesh: .msh, .su2, .vtk, .vtu, .stl, .obj or .off."
+    "-o", "--output-file", metavar="OUT", help="The repaired mesh: .msh, .su2, .vtk, .vtu, .stl, .obj, .off or .foam."
 )
 @click.option(
     "--passes",

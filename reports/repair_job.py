@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 from meshwright.audit.errors import UsageError, printable
-from meshwright.audit.files import check_writable
+from meshwright.audit.files import check_new_folder, check_writable
 from meshwright.audit.fingerprint import fingerprint
 from meshwright.audit.gate.files import read_gate_file
 from meshwright.audit.mesh import Mesh
@@ -103,7 +103,11 @@ def _profile(name: str) -> Profile:
 
 def _check_files(job: RepairJob, target: str | None) -> None:
     if target is not None:
-        check_format(target)
+        writer = check_format(target)
+        if writer.folder:
+            check_new_folder(Path(target).parent / writer.folder)
+            if job.journal is not None:
+                raise UsageError(f"a journal brings back one file, and {writer.title} is several: write another format")
         same = Path(target).resolve() == Path(job.path).resolve()
         if same and job.journal is None:
             raise UsageError(
@@ -130,6 +134,11 @@ def _unsaved(done: Repair) -> Mesh:
 def _write(job: RepairJob, done: Repair, source: str, target: str) -> tuple[dict[str, Any], list[str]]:
     """Write mesh and journal: the journal is whole before the mesh takes its place, which may be that of the input."""
     place = Path(target).resolve()
+    if check_format(target).folder:
+        lost = list(write(done.after, target))
+        document = receipt(done, source, target)
+        document["input"]["path"] = job.path
+        return document, lost
     with tempfile.TemporaryDirectory(prefix=f".{place.name[:60]}.", dir=place.parent) as folder:
         fresh = Path(folder) / f"new{place.suffix}"
         lost = list(write(done.after, fresh))

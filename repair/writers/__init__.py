@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from meshwright.audit.errors import UsageError, printable
-from meshwright.audit.files import replacing
+from meshwright.audit.files import new_folder, replacing
 from meshwright.audit.mesh import Mesh
 
 __all__ = ["WRITERS", "Writer", "check_format", "write"]
@@ -19,12 +20,14 @@ __all__ = ["WRITERS", "Writer", "check_format", "write"]
 @dataclass(frozen=True)
 class Writer:
     """A format that can be written. suffix: with its dot. title: for people. module: has `write_mesh(mesh, stream)`,
-    which returns a sentence for each thing of the mesh that the format does not hold.
+    which returns a sentence for each thing of the mesh that the format does not hold; where the format is a folder of
+    files, `write_folder(mesh, folder)`. folder: the name of that folder beside the file that was named.
     """
 
     suffix: str
     title: str
     module: str
+    folder: str = ""
 
 
 WRITERS = {
@@ -37,6 +40,7 @@ WRITERS = {
         Writer(".stl", "STL binary", "stl"),
         Writer(".obj", "Wavefront OBJ", "obj"),
         Writer(".off", "OFF", "off"),
+        Writer(".foam", "OpenFOAM, constant/polyMesh beside the file", "openfoam", "constant/polyMesh"),
     )
 }
 
@@ -57,6 +61,17 @@ def write(mesh: Mesh, path: str | os.PathLike[str]) -> tuple[str, ...]:
     refuses.
     """
     writer = check_format(path)
-    run: Callable[[Mesh, BinaryIO], list[str]] = import_module(f"{__name__}.{writer.module}").write_mesh
-    with replacing(os.fspath(path)) as stream:
-        return tuple(run(mesh, stream))
+    module = import_module(f"{__name__}.{writer.module}")
+    if not writer.folder:
+        run: Callable[[Mesh, BinaryIO], list[str]] = module.write_mesh
+        with replacing(os.fspath(path)) as stream:
+            return tuple(run(mesh, stream))
+    fill: Callable[[Mesh, Path], list[str]] = module.write_folder
+    with replacing(os.fspath(path)) as stream, new_folder(Path(path).parent / writer.folder) as folder:
+        notes = fill(mesh, folder)
+        for file in sorted(folder.iterdir()):
+            # viewers open the folder by this file and do not read it: its hash stands for those of the mesh
+            with file.open("rb") as written:
+                digest = hashlib.file_digest(written, "sha256").hexdigest()
+            stream.write(f"{digest}  {writer.folder}/{file.name}\n".encode())
+    return tuple(notes)

@@ -151,6 +151,8 @@ def _face_stream(mesh: Mesh, rows: NDArray) -> tuple[NDArray, NDArray, bool]:
             parts = [np.array([len(faces)])]
             for face in faces.tolist():
                 nodes = f.nodes[f.offsets[face] : f.offsets[face + 1]]
+                if f.owner[face] != block.rows[place]:
+                    nodes = nodes[::-1]  # as seen from outside of this cell
                 parts += [np.array([len(nodes)]), nodes]
             piece = np.concatenate(parts).astype("<i8")
             at += len(piece)

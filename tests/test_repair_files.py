@@ -18,7 +18,7 @@ from repair_meshes import bounded, box, hybrid_layers, random_tets, solid, squar
 
 from meshwright.audit import read
 from meshwright.audit.errors import UsageError
-from meshwright.audit.mesh import CellBlock, Mesh
+from meshwright.audit.mesh import CellBlock, Mesh, Zone
 from meshwright.repair import repair, write
 from meshwright.repair.writers import WRITERS
 from meshwright.reports.cli import cli
@@ -284,4 +284,26 @@ def test_a_solid_mesh_is_not_written_as_a_surface(tmp_path, suffix):
 
 
 def test_every_writer_is_tried():
-    assert set(WRITERS) == {".msh", ".su2", ".vtk", ".vtu", ".stl", ".obj", ".off"}
+    """OpenFOAM folders have tests of their own, in test_repair_foam."""
+    assert set(WRITERS) == {".msh", ".su2", ".vtk", ".vtu", ".stl", ".obj", ".off", ".foam"}
+
+
+@pytest.mark.parametrize("names", [("left", "right"), ("flüssig & <fest>", "0"), ("all of it",)])
+def test_zones_of_cells_have_their_names_again_when_a_vtu_file_is_read(tmp_path, names):
+    mesh = random_tets(40)
+    half = np.array_split(np.arange(mesh.n_cells), len(names))
+    zones = tuple(Zone(name, "zone", "", "cell", rows) for name, rows in zip(names, half, strict=True))
+    lost = write(Mesh(mesh.points, mesh.blocks, zones=zones), tmp_path / "m.vtu")
+    back = read(tmp_path / "m.vtu")
+    assert not lost
+    assert {z.name: z.members.tolist() for z in back.zones} == {z.name: z.members.tolist() for z in zones}
+
+
+def test_texts_in_a_vtu_file_do_not_keep_it_from_being_read(tmp_path):
+    mesh = random_tets(40)
+    write(mesh, tmp_path / "m.vtu")
+    text = (tmp_path / "m.vtu").read_bytes()
+    words = b"<DataArray type='String' Name='title' NumberOfTuples='1' format='ascii'>\n72 105 0\n</DataArray>"
+    field = b"<FieldData>\n" + words + b"\n</FieldData>\n"
+    (tmp_path / "m.vtu").write_bytes(text.replace(b"<Piece", field + b"<Piece", 1))
+    assert read(tmp_path / "m.vtu").counts == mesh.counts

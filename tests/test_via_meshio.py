@@ -134,6 +134,64 @@ def test_a_second_su2_zone_is_refused_and_not_mixed_with_the_first(tmp_path: Pat
         read(tmp_path / "m.su2")
 
 
+ZONES = f"NZONE= 2\nIZONE= 1\n{SU2}IZONE= 2 % the other\n{SU2}"
+
+
+def test_su2_zones_are_parts_with_points_of_their_own(tmp_path: Path) -> None:
+    (tmp_path / "one.su2").write_text(SU2)
+    (tmp_path / "two.su2").write_text(ZONES)
+    one, two = read(tmp_path / "one.su2"), read(tmp_path / "two.su2")
+    n = len(one.points)
+    assert np.array_equal(two.points, np.tile(one.points, (2, 1)))
+    assert (two.n_cells, two.n_boundary) == (2 * one.n_cells, 2 * one.n_boundary)
+    for block in one.blocks:
+        again = two.block(block.type)
+        assert np.array_equal(again.nodes, np.vstack([block.nodes, block.nodes + n]))
+        assert np.array_equal(again.rows, np.concatenate([block.rows, block.rows + one.n_cells]))
+    markers = [zone.name for zone in one.zones]
+    assert markers
+    names = [zone.name for zone in two.zones]
+    assert names == ["zone 1", *markers, "zone 2", *[f"{name} (2)" for name in markers]]
+    parts = {zone.name: zone.members.tolist() for zone in two.cell_zones}
+    assert parts["zone 2"] == list(range(one.n_cells, 2 * one.n_cells))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("NZONE= 2", "NZONE= 3", "3 zones, as NZONE says"),
+        ("NZONE= 2", "NZONE= 1", "1 zones, as NZONE says"),
+        ("NZONE= 2", "NZONE= 0", "1 to 10000 zones"),
+        ("NZONE= 2", "NZONE= 99999999", "1 to 10000 zones"),
+        ("IZONE= 2", "IZONE= 4", "IZONE= 2"),
+        ("NZONE= 2\n", "NZONE= 2\nNDIME= 3\n", "NZONE, then IZONE= 1"),
+    ],
+)
+def test_su2_zones_that_do_not_count_up_are_refused(tmp_path: Path, old: str, new: str, words: str) -> None:
+    (tmp_path / "m.su2").write_text(ZONES.replace(old, new, 1))
+    with pytest.raises(ReadError, match=words):
+        read(tmp_path / "m.su2")
+
+
+def test_a_fault_in_a_later_su2_zone_is_named_by_its_line_in_the_file(tmp_path: Path) -> None:
+    head, _, tail = ZONES.rpartition("NELEM= 1")
+    (tmp_path / "m.su2").write_text(f"{head}NELEM= 2{tail}")
+    line = head.count("\n") + 1
+    with pytest.raises(ReadError, match=f"1 more lines for line {line}"):
+        read(tmp_path / "m.su2")
+
+
+def test_the_pipe_of_five_su2_zones_is_read_whole(shared: Path) -> None:
+    """A reader that takes the last points for all zones finds 4,117 cells of the wrong hand; there are none."""
+    mesh = read(shared / "meshes/su2/pipe.su2")
+    assert mesh.counts == {"tet": 41_402}
+    assert [len(zone.members) for zone in mesh.cell_zones] == [8250, 8288, 8288, 8288, 8288]
+    a, b, c, d = (mesh.points[mesh.block("tet").nodes[:, k]] for k in range(4))
+    volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
+    assert (volume > 0).all()
+    assert 0.97 * np.pi * 2.5 < volume.sum() < np.pi * 2.5
+
+
 def test_abaqus_sets_become_zones_and_the_lost_numbers_are_in_the_ledger(tmp_path: Path) -> None:
     text = "*NODE\n10,0,0,0\n20,1,0,0\n30,0,1,0\n40,0,0,1\n50,1,1,1\n*ELEMENT, TYPE=C3D4, ELSET=solid\n"
     (tmp_path / "m.inp").write_text(

@@ -10,7 +10,14 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh
 
-__all__ = ["in_row_order", "only_faces_of_three", "rows_of_text", "zone_of_rows", "zones_as_numbers"]
+__all__ = [
+    "in_row_order",
+    "only_faces_of_three",
+    "rows_of_text",
+    "zone_of_rows",
+    "zones_as_numbers",
+    "zones_without_place",
+]
 
 
 def zone_of_rows(mesh: Mesh, entity: str, n: int) -> tuple[Ints, list[str], list[str]]:
@@ -63,6 +70,10 @@ def only_faces_of_three(mesh: Mesh) -> Ints:
 
 def zones_as_numbers(mesh: Mesh, words: str) -> list[str]:
     """Sentences for a format that holds the number of the zone of each cell and nothing of other zones."""
-    notes = [f"zone {zone.name!r} {words}" for zone in mesh.cell_zones]
+    return [f"zone {zone.name!r} {words}" for zone in mesh.cell_zones] + zones_without_place(mesh)
+
+
+def zones_without_place(mesh: Mesh) -> list[str]:
+    """Sentences for a format that holds cells and their zones alone."""
     other = [zone for zone in mesh.zones if zone.entity != "cell"]
-    return notes + [f"zone {z.name!r} groups {z.entity}s: a file of cells has no place for it" for z in other]
+    return [f"zone {z.name!r} groups {z.entity}s: a file of cells has no place for it" for z in other]

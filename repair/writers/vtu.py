@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.mesh import CellBlock, Mesh
-from meshwright.repair.writers.common import zones_as_numbers
+from meshwright.repair.writers.common import zone_of_rows, zones_without_place
 
 __all__ = ["write_grid", "write_mesh"]
 
@@ -23,7 +23,7 @@ def write_mesh(mesh: Mesh, stream: BinaryIO) -> list[str]:
     """Write the mesh; see `write`."""
     rows = np.arange(mesh.n_cells)
     write_grid(mesh, rows, {"zone": mesh.cell_zone_index().astype("<i4")} if mesh.cell_zones else {}, {}, stream)
-    return zones_as_numbers(mesh, "is kept as its number, its name in the field data alone")
+    return zone_of_rows(mesh, "cell", mesh.n_cells)[2] + zones_without_place(mesh)
 
 
 class _Appended:

@@ -18,6 +18,7 @@ import numpy as np
 
 from meshwright.audit.errors import ReadError, UnsupportedError
 from meshwright.audit.mesh import Mesh
+from meshwright.audit.readers.foreign import su2_zones
 from meshwright.audit.readers.foreign.checks import check_source, stated_counts
 from meshwright.audit.readers.foreign.child import REFUSED
 from meshwright.audit.readers.foreign.mesh import mesh_of_arrays
@@ -30,12 +31,21 @@ _CPU_SECONDS, _CPU_SECONDS_PER_MEGABYTE = 3, 3
 _WALL_FACTOR, _WALL_SECONDS = 4, 30
 _MEMORY, _MEMORY_PER_BYTE = 192 * _MEGABYTE, 48
 _MISSING = re.compile(r"(?:ModuleNotFoundError|ImportError): No module named '([A-Za-z0-9_.]+)'")
+_STRINGS = re.compile(rb"<DataArray\b[^>]*\btype=[\"']String[\"'][^>]*(?:/>|>[^<]*</DataArray\s*>)")
+"""Texts in a VTK file, at which meshio's reader ends; `zones` reads those that name zones."""
 _IN_PLACE = ("xdmf", "tetgen")
 """Formats spread over several files of one folder; all others are copied, so that they can refer to nothing."""
 
 
 def read_via_meshio(source: Source, name: str) -> Mesh:
     """Reads with meshio's reader `name`. Raises ReadError whatever happens to it."""
+    parts = su2_zones.split(source) if name == "su2" else []
+    if parts:
+        return su2_zones.joined([_read(part, name) for part in parts])
+    return _read(source, name)
+
+
+def _read(source: Source, name: str) -> Mesh:
     notes = check_source(source, name)
     n_points, n_elements = stated_counts(source, name)
     with tempfile.TemporaryDirectory(prefix="meshwright-") as folder:
@@ -61,7 +71,13 @@ def _file_to_read(source: Source, name: str, folder: Path) -> Path:
     inner.mkdir()
     path = Path(os.path.realpath(inner)) / f"mesh{suffixes}"
     with path.open("wb") as file:
-        source.data.tofile(file)
+        if name == "vtu":
+            end = source.find(b"<AppendedData")
+            head = source.data[: len(source) if end < 0 else end]
+            file.write(_STRINGS.sub(lambda found: b" " * len(found[0]), head.tobytes()))
+            source.data[len(head) :].tofile(file)
+        else:
+            source.data.tofile(file)
     return path
 
 

@@ -34,6 +34,7 @@ _TAGS = {
 }
 _SETS = {"abaqus": "set", "exodus": "node set", "flac3d": "group", "med": "group"}
 _MOST_ZONES = 10_000
+_VTU_ZONES = re.compile(rb'<DataArray type="String" Name="zone_names"[^>]*format="ascii">([0-9\s]*)</DataArray>')
 _MARKER = re.compile(rb"(?m)^[ \t]*MARKER_TAG[ \t]*=[ \t]*([^\r\n%]*)")
 
 
@@ -67,6 +68,9 @@ def zones_of(
         if tag == "cell_tags":
             for label, elements in _families(values, head["cell_tags"]):
                 add(label, "group", elements)
+        elif tag == "zone" and name == "vtu":
+            for number, label in enumerate(_vtu_zones(source)):
+                add(label, "zone", np.flatnonzero(is_cell & (values == number)), number)
         elif tag in _TAGS:
             labels = _su2_markers(source) if tag == "su2:tag" else {}
             for number, elements in _by_value(values, is_cell, notes, tag):
@@ -110,6 +114,16 @@ def _families(values: np.ndarray, families: Mapping[str, list[str]]) -> Iterator
         members = np.flatnonzero(np.isin(values, numbers))
         if len(members):
             yield group, members
+
+
+def _vtu_zones(source: Source) -> list[str]:
+    """Names of the zones that the cell data `zone` count, as `meshwright repair` writes them; [] without any."""
+    end = source.find(b"<AppendedData")
+    match = _VTU_ZONES.search(source.data[: len(source) if end < 0 else end].tobytes())
+    if match is None:
+        return []
+    text = bytes(int(word) for word in match[1].split() if len(word) < 4 and int(word) < 256)
+    return [name.decode("utf-8", "replace") for name in text.split(b"\0")[:-1]]
 
 
 def _su2_markers(source: Source) -> dict[int, str]:

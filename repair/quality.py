@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from meshwright.audit.geometry import cell_geometry
 from meshwright.audit.jit import kernel
 from meshwright.audit.measurement import measure
 from meshwright.audit.mesh import Floats, Ints, Mesh
@@ -17,6 +18,7 @@ WORTH = 1e-2
 """Part of a level by which it must rise to be worth a change."""
 SMALL = 1e-3
 """Level to take the part of where a level is smaller."""
+_SOUND = 1e-3
 SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
 """Metrics that tell how good a cell's shape is, whatever its type."""
 
@@ -24,6 +26,8 @@ SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
 @dataclass(frozen=True)
 class Standing:
     """quality: (n_cells,) minimum of the scaled Jacobian and 1 - equiangle skew; below 0 where a cell is inverted.
+    Of polyhedra and polygons 1 - skew, `_SOUND` at least where their volume is positive: one reflex corner of a face
+    makes the skew 1, and the cell can be sound.
 
     bad: number of cells that are inverted or degenerate. Measured once per mesh.
     """
@@ -54,8 +58,13 @@ def standing(mesh: Mesh) -> Standing:
         rows = mesh.block(name).rows
         quality[rows] = np.where(np.isnan(values), -1.0, values)
     for name, values in measured.values[SHAPE[1]].items():
-        rows = mesh.block(name).rows
-        quality[rows] = np.minimum(quality[rows], np.where(np.isnan(values), -1.0, 1.0 - values))
+        block = mesh.block(name)
+        if block.items is not None:
+            values = np.minimum(values, 1.0 - _SOUND)  # noqa: PLW2901
+        quality[block.rows] = np.minimum(quality[block.rows], np.where(np.isnan(values), -1.0, 1.0 - values))
+    if mesh.cell_dimension == 3 and any(block.type == "polyhedron" for block in mesh.blocks):
+        rows = mesh.block("polyhedron").rows
+        quality[rows[~(cell_geometry(mesh).volume[rows] > 0.0)]] = -1.0
     quality = np.where(np.isfinite(quality), quality, -1.0)
     return Standing(quality, int(np.count_nonzero(quality <= 0.0)))
 

@@ -20,8 +20,10 @@ from meshwright.audit.assembly import blocks_from_faces
 from meshwright.audit.connectivity import faces
 from meshwright.audit.errors import UsageError
 from meshwright.audit.findings.signs.sides import face_sides
+from meshwright.audit.geometry import cell_geometry
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Mesh, Zone
 from meshwright.repair import repair
+from meshwright.repair.quality import standing
 from meshwright.repair.writers import write
 from meshwright.reports.cli import cli
 
@@ -92,6 +94,20 @@ def test_a_mesh_that_is_inside_out_throughout_is_turned():
     done = repair(with_reversed(mesh, range(len(mesh.faces))), "orient")
     assert done.steps[0].changed == len(mesh.faces)
     assert loops(done.after) == loops(mesh)
+
+
+def test_a_polyhedron_with_a_reflex_corner_is_not_called_degenerate():
+    """Pushing one point of a face inward makes its corner there reflex: the skew is 1, the volume stays positive."""
+    mesh = polyhedra(40)
+    sides = mesh.faces
+    f = int(np.argmax((np.diff(sides.offsets) >= 5) & (sides.neighbour == NO_CELL)))
+    loop = sides.nodes[sides.offsets[f] : sides.offsets[f + 1]]
+    points = np.array(mesh.points)
+    points[loop[0]] += 1.2 * (points[loop].mean(axis=0) - points[loop[0]])
+    dented = replace(mesh, points=points)
+    assert audit(dented, "gambit.equiangle_skew").measured.values["gambit.equiangle_skew"]["polyhedron"].max() == 1.0
+    assert standing(dented).bad == int((cell_geometry(dented).volume <= 0).sum()) == 0
+    assert standing(with_reversed(mesh, range(len(sides)))).bad == mesh.n_cells
 
 
 def test_faces_of_hexes_that_look_the_wrong_way_are_told_and_follow_from_the_cells():

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -60,13 +61,14 @@ def write_folder(mesh: Mesh, folder: Path) -> list[str]:
 
 def _patches(mesh: Mesh, sides: Faces, outside: Ints) -> tuple[Ints, list[tuple[str, str]], list[str]]:
     """(patch of each face outside, (name, type) of each patch, what is lost)."""
-    zones = [zone for zone in mesh.zones if zone.entity == "face"]
+    zones = [zone for zone in mesh.zones if zone.entity == "face" and zone.role != "interior"]
+    listed = replace(mesh, zones=tuple(zones))  # faces between cells need no zone to be there
     if mesh.faces is not None:
-        every, _, notes = zone_of_rows(mesh, "face", len(sides))
+        every, _, notes = zone_of_rows(listed, "face", len(sides))
         index = every[outside]
         inner = int(np.count_nonzero(every >= 0) - np.count_nonzero(index >= 0))
     else:
-        every, _, notes = zone_of_rows(mesh, "face", mesh.n_boundary)
+        every, _, notes = zone_of_rows(listed, "face", mesh.n_boundary)
         index, inner = _of_elements(mesh, sides, outside, every)
     if inner:
         notes.append(f"{inner} members of zones lie inside the mesh and are left out")

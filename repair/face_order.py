@@ -81,19 +81,16 @@ def _meetings(starts: Ints, items: Ints, offsets: Ints, nodes: Ints, owner: Ints
         for i in range(n):
             if face[i] < 0:
                 continue
-            found, other = 0, -1
+            found, other, runs_there = 0, -1, False
             for j in range(i + 1, n):
-                if low[j] == low[i] and high[j] == high[i] and face[j] >= 0:
+                if low[j] == low[i] and high[j] == high[i]:
                     found += 1
-                    other = j
-            if found == 1 and face[other] != face[i]:
-                first[met], second[met] = face[i], face[other]
-                alike[met] = runs[i] == runs[other]
+                    other, runs_there = face[j], runs[j]
+                    face[j] = -1  # it has been met
+            if found == 1 and other != face[i]:
+                first[met], second[met] = face[i], other
+                alike[met] = runs[i] == runs_there
                 met += 1
-            if found:
-                for j in range(i + 1, n):
-                    if low[j] == low[i] and high[j] == high[i]:
-                        face[j] = -1
     return first[:met], second[:met], alike[:met]
 
 

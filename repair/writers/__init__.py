@@ -40,7 +40,7 @@ WRITERS = {
         Writer(".stl", "STL binary", "stl"),
         Writer(".obj", "Wavefront OBJ", "obj"),
         Writer(".off", "OFF", "off"),
-        Writer(".foam", "OpenFOAM, constant/polyMesh beside the file", "openfoam", "constant/polyMesh"),
+        Writer(".foam", "OpenFOAM polyMesh", "openfoam", "constant/polyMesh"),
     )
 }
 

@@ -183,6 +183,9 @@ class _Driver:
         self.before = self.current = mesh
         self.steps: list[Step] = []
         self.refused: list[str] = []
+        stiff = sum(len(block) for block in mesh.blocks if block.items is not None)
+        if stiff:
+            self.refused.append(f"{stiff} polyhedra or polygons keep their shape: no pass moves them or cuts them anew")
         self.spent: dict[str, Mesh] = {}
         self.blocked = False
         self.judged: tuple[Mesh | None, bool] = None, False

@@ -127,7 +127,7 @@ def _labels(edges: tuple[float, ...]) -> tuple[str, ...]:
     """'0.1-0.2', '< 0', '>= 50'."""
     found = []
     finite = [edge for edge in edges if math.isfinite(edge)]
-    tenths = all(abs(edge * 10 - round(edge * 10)) < 1e-9 for edge in finite) and max(map(abs, finite)) <= 1
+    tenths = max(map(abs, finite), default=0) <= 1 and all(abs(edge * 10 - round(edge * 10)) < 1e-9 for edge in finite)
     shown = [f"{edge:.1f}" if tenths else f"{edge:.3g}" for edge in edges]
     for k in range(len(edges) - 1):
         if edges[k] == -math.inf:

@@ -5,7 +5,7 @@ import gzip
 import json
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from report_meshes import block_of_hexes
 
@@ -51,6 +51,7 @@ def spoiled(path, value, *, remove):
     deadline=None, max_examples=250, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
 )
 @given(st.sampled_from(PLACES), st.sampled_from(ODD), st.booleans())
+@example(("histograms", "angle.max", "edges", 13), 1e308, False)
 def test_a_spoiled_document_is_refused_or_harmless(tmp_path, path, value, remove):
     file = tmp_path / "a.json"
     file.write_text(json.dumps(spoiled(path, value, remove=remove)))

@@ -19,6 +19,7 @@ WORTH = 1e-2
 SMALL = 1e-3
 """Level to take the part of where a level is smaller."""
 _SOUND = 1e-3
+"""Least quality of a polyhedron or polygon that is not inverted."""
 SHAPE = ("verdict.scaled_jacobian", "gambit.equiangle_skew")
 """Metrics that tell how good a cell's shape is, whatever its type."""
 

@@ -336,11 +336,12 @@ def smooth(
                 break
         # the way downhill may end where the worst tet is worse: turn back a part of the way, as far as that helps
         for _ in range(_MOST_STEPS):
-            if not total < started * (1.0 - _LEAST):
-                break
             tx, ty, tz, on = px + x, py + y, pz + z, seat[p]
             if on >= 0:
                 tx, ty, tz, on, _gap = settle(corners, beyond, on, tx, ty, tz)
+                total = _cost_at(form, n, tx - px, ty - py, tz - pz, started)
+            if not total < started * (1.0 - _LEAST):
+                break
             if _sound(base, n, tx, ty, tz, min(low, floor)):
                 points[p, 0], points[p, 1], points[p, 2] = tx, ty, tz
                 seat[p] = on

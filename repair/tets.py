@@ -19,13 +19,16 @@ _SETTLING = ((0.1, 2), (-1e-6, 2))
 only gains are allowed, the swaps come to rest in a poor local optimum: mean skewness 0.33 against 0.28 on random
 tets."""
 _SETTLED = ((0.1, 1), (-1e-6, 1))
+"""The rounds of a mesh that has been shaken before."""
 _FEW = 0.02
 """Where a first sweep swaps less than this part of the tets, the mesh has been shaken before."""
 _STILL = 0.005
 """And where it lowers the summed cost by less than this part of it, further rounds gain nothing worth a change."""
 _WORST_ROUNDS = 12
 _SHAKES = 4
+"""Times that the surroundings of the worst tets are shaken, as long as these rise by _RISE."""
 _AROUND = 3
+"""Layers of points that count as surroundings: a swap reaches over two."""
 _GOOD = 0.16
 """Fitness that a tet is raised to where it can be: dihedral angles of about 27 to 142 degrees."""
 _FREE_ROUNDS = 12

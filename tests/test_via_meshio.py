@@ -161,8 +161,8 @@ def test_su2_zones_are_parts_with_points_of_their_own(tmp_path: Path) -> None:
     [
         ("NZONE= 2", "NZONE= 3", "3 zones, as NZONE says"),
         ("NZONE= 2", "NZONE= 1", "1 zones, as NZONE says"),
-        ("NZONE= 2", "NZONE= 0", "1 to 10000 zones"),
-        ("NZONE= 2", "NZONE= 99999999", "1 to 10000 zones"),
+        ("NZONE= 2", "NZONE= 0", "1 to 256 zones"),
+        ("NZONE= 2", "NZONE= 99999999", "1 to 256 zones"),
         ("IZONE= 2", "IZONE= 4", "IZONE= 2"),
         ("NZONE= 2\n", "NZONE= 2\nNDIME= 3\n", "NZONE, then IZONE= 1"),
     ],

@@ -31,7 +31,7 @@ _CPU_SECONDS, _CPU_SECONDS_PER_MEGABYTE = 3, 3
 _WALL_FACTOR, _WALL_SECONDS = 4, 30
 _MEMORY, _MEMORY_PER_BYTE = 192 * _MEGABYTE, 48
 _MISSING = re.compile(r"(?:ModuleNotFoundError|ImportError): No module named '([A-Za-z0-9_.]+)'")
-_STRINGS = re.compile(rb"<DataArray\b[^>]*\btype=[\"']String[\"'][^>]*(?:/>|>[^<]*</DataArray\s*>)")
+_STRINGS = re.compile(rb"<DataArray\b[^<>]*\btype=[\"']String[\"'][^<>]*(?:/>|>[^<]*</DataArray\s*>)")
 """Texts in a VTK file, at which meshio's reader ends; `zones` reads those that name zones."""
 _IN_PLACE = ("xdmf", "tetgen")
 """Formats spread over several files of one folder; all others are copied, so that they can refer to nothing."""
@@ -39,9 +39,9 @@ _IN_PLACE = ("xdmf", "tetgen")
 
 def read_via_meshio(source: Source, name: str) -> Mesh:
     """Reads with meshio's reader `name`. Raises ReadError whatever happens to it."""
-    parts = su2_zones.split(source) if name == "su2" else []
-    if parts:
-        return su2_zones.joined([_read(part, name) for part in parts])
+    spans = su2_zones.spans(source) if name == "su2" else []
+    if spans:
+        return su2_zones.joined([_read(su2_zones.part(source, span), name) for span in spans])
     return _read(source, name)
 
 

@@ -12,15 +12,16 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
 from meshwright.audit.readers.source import Source
 
-__all__ = ["joined", "split"]
+__all__ = ["joined", "part", "spans"]
 
-_MOST_ZONES = 10_000
+_MOST_ZONES = 256
+"""Each is read by a process of its own."""
 _HEAD = re.compile(rb"(?m)^[ \t]*NZONE[ \t]*=[ \t]*([0-9]{1,9})[ \t]*(?:%[^\r\n]*)?\r?$")
 _ZONE = re.compile(rb"(?m)^[ \t]*IZONE[ \t]*=[ \t]*([^\r\n%]*)[^\r\n]*")
 
 
-def split(source: Source) -> list[Source]:
-    """One source for each zone, its lines numbered as in the file; none where the file does not say NZONE.
+def spans(source: Source) -> list[tuple[int, int]]:
+    """(start, stop) of the bytes of each zone; none where the file does not say NZONE.
 
     Raises ReadError where NZONE and the IZONE lines do not agree.
     """
@@ -39,13 +40,14 @@ def split(source: Source) -> list[Source]:
         raise source.error(len(text), f"{count} zones, as NZONE says", f"{len(starts)} with IZONE")
     if head.start() > starts[0].start() or b"=" in text[head.end() : starts[0].start()].replace(b"%", b""):
         raise source.error(head.start(), "NZONE, then IZONE= 1 and what the zone holds")
-    parts = []
-    for i, match in enumerate(starts):
-        stop = starts[i + 1].start() if i + 1 < count else len(text)
-        # empty lines in place of what stands before it: an error then names the line of the file
-        lines = b"\n" * (source.line(match.end()) - 1)
-        parts.append(Source(source.path, np.frombuffer(lines + text[match.end() : stop], np.uint8), source.skipped))
-    return parts
+    stops = [match.start() for match in starts[1:]] + [len(text)]
+    return [(match.end(), stop) for match, stop in zip(starts, stops, strict=True)]
+
+
+def part(source: Source, span: tuple[int, int]) -> Source:
+    """One zone as a source. Empty lines in place of what stands before it: an error then names the line of the file."""
+    lines = b"\n" * (source.line(span[0]) - 1)
+    return Source(source.path, np.frombuffer(lines + source.data[slice(*span)].tobytes(), np.uint8), source.skipped)
 
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:

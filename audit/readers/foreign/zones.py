@@ -34,7 +34,7 @@ _TAGS = {
 }
 _SETS = {"abaqus": "set", "exodus": "node set", "flac3d": "group", "med": "group"}
 _MOST_ZONES = 10_000
-_VTU_ZONES = re.compile(rb'<DataArray type="String" Name="zone_names"[^>]*format="ascii">([0-9\s]*)</DataArray>')
+_VTU_ZONES = re.compile(rb'<DataArray type="String" Name="zone_names"[^<>]*format="ascii">([0-9\s]*)</DataArray>')
 _MARKER = re.compile(rb"(?m)^[ \t]*MARKER_TAG[ \t]*=[ \t]*([^\r\n%]*)")
 
 

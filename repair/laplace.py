@@ -23,7 +23,7 @@ from meshwright.repair.held import held_points
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.quality import standing, worst_around_points, worst_at_points
 from meshwright.repair.sizes import signed_sizes
-from meshwright.repair.tet_smooth import colours
+from meshwright.repair.tet_stars import colours
 
 __all__ = ["laplace", "odt", "smart_laplace"]
 

@@ -19,7 +19,8 @@ from meshwright.repair.cell_quality import KINDS, quality_at
 from meshwright.repair.held import held_points
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.quality import standing, worst_around_points, worst_at_points
-from meshwright.repair.tet_smooth import colours, shortest_in_hull
+from meshwright.repair.tet_climb import shortest_in_hull
+from meshwright.repair.tet_stars import colours
 
 __all__ = ["raise_worst_cells"]
 

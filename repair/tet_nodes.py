@@ -14,8 +14,9 @@ import numpy as np
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
+from meshwright.repair.tet_climb import climb
 from meshwright.repair.tet_shape import both
-from meshwright.repair.tet_smooth import LARGEST_STAR, climb, fit_at
+from meshwright.repair.tet_stars import LARGEST_STAR, fit_at
 from meshwright.repair.tet_swaps import hurts, outward, rate_again
 from meshwright.repair.tet_topology import replace_cavity
 
@@ -153,7 +154,7 @@ def _buried(tets: Ints, cavity: Ints, n: int, rim: Ints, m: int) -> bool:
 
 @inner
 def _cone(points: Floats, least: Floats, rim: Ints, m: int, base: Floats) -> None:
-    """The outer faces as the star of a point inside; see `tet_smooth`."""
+    """The outer faces as the star of a point inside; see `tet_stars`."""
     for r in range(m):
         for q in range(3):
             p = rim[r, q]

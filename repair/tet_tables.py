@@ -15,9 +15,11 @@ from meshwright.repair.curve import along_curve
 from meshwright.repair.held import Mask
 from meshwright.repair.quality import worst_around_points
 from meshwright.repair.sliding import Sheet
+from meshwright.repair.tet_climb import raise_worst
 from meshwright.repair.tet_nodes import contract, insert
 from meshwright.repair.tet_shape import cost_of
-from meshwright.repair.tet_smooth import colours, raise_worst, rate, smooth, stars, worst_at_points
+from meshwright.repair.tet_smooth import smooth
+from meshwright.repair.tet_stars import colours, rate, stars, worst_at_points
 from meshwright.repair.tet_swaps import swap
 from meshwright.repair.tet_topology import WALL, neighbours, wall_points
 

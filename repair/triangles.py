@@ -13,7 +13,7 @@ from meshwright.repair.carrying import with_cells, with_more_points, with_points
 from meshwright.repair.held import edge_walls, held_points
 from meshwright.repair.outcome import FREE, Options, Outcome
 from meshwright.repair.quality import worst_around_points
-from meshwright.repair.tet_smooth import colours
+from meshwright.repair.tet_stars import colours
 from meshwright.repair.tri_nodes import contract, insert
 from meshwright.repair.tri_tables import (
     cost_sum,

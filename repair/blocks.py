@@ -16,7 +16,7 @@ from meshwright.audit.findings.grids.singular import singular_edges, singular_po
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Floats, Ints, Mesh, index_array
 from meshwright.audit.sets import find_parts
-from meshwright.repair.carrying import with_points
+from meshwright.repair.carrying import padded, with_points
 from meshwright.repair.held import border_faces, held_points
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.quality import standing
@@ -129,9 +129,11 @@ def _without_worse(mesh: Mesh, points: Floats, placed: list[Grid]) -> list[str]:
     """Put the blocks back into `points` whose worst cell would be worse, or that would have more bad ones; which."""
     (before, bad_before), (after, bad_after) = _judged(mesh), _judged(with_points(mesh, points))
     refused = []
+    elsewhere = np.append((points != mesh.points).any(axis=1), False)
+    corners = padded(mesh)
     for grid in placed:
         old, new = before[grid.cells], after[grid.cells]
-        moved = old != new
+        moved = elsewhere[corners[grid.cells]].any(axis=1)
         low, fresh = old[moved].min(initial=np.inf), new[moved].min(initial=np.inf)
         more = int(np.count_nonzero(bad_after[grid.cells])) - int(np.count_nonzero(bad_before[grid.cells]))
         if more > 0:

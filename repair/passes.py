@@ -7,6 +7,7 @@ from meshwright.repair.clean import drop_degenerate, drop_duplicates, drop_unuse
 from meshwright.repair.delaunay import insert_delaunay
 from meshwright.repair.elliptic import elliptic, elliptic_normal, winslow
 from meshwright.repair.engines import pymeshlab_repair, trimesh_repair
+from meshwright.repair.even import even
 from meshwright.repair.intersections import untie
 from meshwright.repair.laplace import laplace, odt, smart_laplace
 from meshwright.repair.orient import orient
@@ -130,6 +131,13 @@ PASSES = {
             explicit=True,
         ),
         Pass(
+            "tfi-even",
+            "the same, then move the points towards right angles as far as no measure of the block falls",
+            even,
+            nothing_worse="in regions",
+            explicit=True,
+        ),
+        Pass(
             "hermite",
             "the same with lines normal to the sides, for blocks of quads",
             hermite,
@@ -204,7 +212,7 @@ GROUPS = {
 """Names that stand for several passes: `surface` makes one closed surface out of the loose triangles of an STL file."""
 
 
-_PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
+_PLACING = ("tfi", "tfi-even", "hermite", "winslow", "elliptic", "elliptic-normal")
 _EVERYWHERE = ("relax", "laplace", "smart-laplace")
 """Passes that place the points of structured blocks, each its own way; and those that move the same points too."""
 

@@ -56,7 +56,8 @@ def transfinite(values: Floats, weights: Sequence[tuple[int, Floats]]) -> Floats
 
 def tfi_points(points: Floats, closed: Closed) -> Floats:
     """The points (n0 + 1, n1 + 1[, n2 + 1], d) of a grid from those of its sides."""
-    origin = points.reshape(-1, points.shape[-1]).mean(axis=0)
+    # of the corners alone: where the points inside stand now has no say, not even by rounding
+    origin = points[np.ix_(*([0, -1] for _ in closed))].reshape(-1, points.shape[-1]).mean(axis=0)
     return transfinite(points - origin, blending(points, closed)) + origin
 
 

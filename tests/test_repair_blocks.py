@@ -17,6 +17,7 @@ from meshwright.audit.readers import read
 from meshwright.repair import repair
 from meshwright.repair.blocks import inside, structured_grids
 from meshwright.repair.cell_quality import KINDS, quality_at
+from meshwright.repair.even import _cells, _soft_skew
 from meshwright.repair.guards import broken
 from meshwright.repair.held import held_points
 from meshwright.repair.laplace import laplace, odt, smart_laplace
@@ -26,7 +27,7 @@ from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.tfi import tfi_points
 
 OPEN2 = (False, False)
-PLACING = ("tfi", "hermite", "winslow", "elliptic", "elliptic-normal")
+PLACING = ("tfi", "tfi-even", "hermite", "winslow", "elliptic", "elliptic-normal")
 HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
 QUAD = [(0, 0), (1, 0), (1, 1), (0, 1)]
 
@@ -265,6 +266,46 @@ def test_a_ring_gets_rings_at_the_mean_spacing_of_its_lines():
     radii = np.linalg.norm(done.after.points, axis=1).reshape(7, 24)
     assert np.abs(radii - (1.0 + way / way[-1])[:, None]).max() < 1e-12
     assert not repair(done.after, "tfi").changed
+
+
+def bent_box(n=6, by=0.12):
+    """A cube of n x n x n hexes whose sides bulge and twist."""
+    x = brick(*(graded(n, 1.0),) * 3)
+    u, v, w = (np.pi * x[..., a] for a in range(3))
+    return x + by * np.stack([np.sin(v) * np.cos(2 * w), np.cos(2 * u) * np.sin(w), np.sin(u + v)], axis=-1)
+
+
+def measures(mesh):
+    """(worst and mean scaled Jacobian, worst and mean equiangle skew)"""
+    found = measure(mesh, ["verdict.scaled_jacobian", "gambit.equiangle_skew"]).values
+    (jacobian,), (skew,) = (list(found[name].values()) for name in found)
+    return np.array([jacobian.min(), jacobian.mean(), 1.0 - skew.max(), 1.0 - skew.mean()])
+
+
+@pytest.mark.parametrize("table", [bent_box(), quarter(graded(9, 1.0), graded(7, 1.0)) ** 1.3, deep_bump(16, 0.5)])
+def test_even_angles_are_nowhere_worse_than_those_of_interpolation_and_better_in_the_mean(table):
+    plain = repair(mesh_of(thrown(table, 0.01)), "tfi")
+    done = repair(plain.before, "tfi-even")
+    assert (measures(done.after) >= measures(plain.after) - 1e-9).all()
+    assert measures(done.after)[3] > measures(plain.after)[3] + 1e-4
+    again = repair(plain.after, "tfi-even")
+    assert np.array_equal(again.after.points, done.after.points)
+    assert repair(done.after, "tfi-even").after is done.after
+
+
+@pytest.mark.parametrize("table", [bent_box(3), thrown(deep_bump(5, 0.4), 0.02)])
+def test_the_slope_of_the_soft_skew_is_that_of_finite_differences(table):
+    cells = _cells(np.arange(table[..., 0].size).reshape(table.shape[:-1]))
+    x = np.zeros((table[..., 0].size, 3))
+    x[:, : table.shape[-1]] = table.reshape(x.shape[0], -1)
+    slope, unused = np.empty_like(x), np.empty_like(x)
+    _soft_skew(x, cells, slope)
+    for p in range(0, len(x), 7):
+        for a in range(table.shape[-1]):
+            h = np.zeros_like(x)
+            h[p, a] = 1e-6
+            there = (_soft_skew(x + h, cells, unused) - _soft_skew(x - h, cells, unused)) / 2e-6
+            assert slope[p, a] == pytest.approx(there, rel=1e-4, abs=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -6,6 +6,8 @@ All tables are int32 arrays in an order that depends on the mesh only.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,7 +15,7 @@ from meshwright.audit.cache import once_per_mesh
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.csr import faces_by_cell, invert, ragged, take, uniform_offsets
 from meshwright.audit.errors import MeshError
-from meshwright.audit.half_faces import KINDS, count_half_faces, emit, pair
+from meshwright.audit.half_faces import KINDS, count_half_faces, emit, meetings, pair, select
 from meshwright.audit.mesh import NO_CELL, CellBlock, Faces, Ints, Mesh, index_array
 from meshwright.audit.sets import (
     count_edges,
@@ -28,6 +30,7 @@ from meshwright.audit.sets import (
 )
 
 __all__ = [
+    "HalfFaces",
     "boundary_faces",
     "cell_components",
     "corner_points",
@@ -35,6 +38,7 @@ __all__ = [
     "edges",
     "faces",
     "faces_of_cells",
+    "half_faces",
     "nodes_of_cells",
     "overused_faces",
     "points_to_cells",
@@ -65,6 +69,41 @@ def overused_faces(mesh: Mesh) -> Ints:
 
 @once_per_mesh
 def _derived(mesh: Mesh) -> tuple[Faces, Ints]:
+    sides = half_faces(mesh)
+    face_offsets, face_nodes, owner, neighbour, crowd = emit(*sides.cells, sides.other, sides.crowded)
+    return Faces(face_offsets, face_nodes, owner, neighbour), index_array(crowd)
+
+
+@dataclass(frozen=True, eq=False)
+class HalfFaces:
+    """The sides of all cells (edges of 2-D cells), by cell row and then by local face: a third of what faces take.
+
+    other: (half-faces,) row of the cell beyond; -1 where there is none, less where that cell's half-face tells.
+    crowded: (half-faces,) whether more than two cells name these nodes.
+    cells: what the kernels know the cells by.
+    """
+
+    cells: tuple[NDArray[np.uint8], Ints, Ints, NDArray[np.int64]]
+    other: Ints
+    crowded: NDArray[np.bool_]
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """(n_cells + 1,) the first half-face of each cell."""
+        return self.cells[3]
+
+    def loops(self, chosen: NDArray[np.bool_]) -> Ints:
+        """(k, 4) nodes of the half-faces that are chosen, seen from their cells; -1 in the places that are not used."""
+        return select(*self.cells, chosen)
+
+    def meetings(self) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+        """(first, second, alike) of every side that exactly two cells share: the cells, whether both walk it alike."""
+        first, second, alike = meetings(*self.cells, self.other, self.crowded)
+        return first, second, alike
+
+
+def half_faces(mesh: Mesh) -> HalfFaces:
+    """The sides of the cells of a mesh without polyhedra. Not kept: it is for who needs them once."""
     offsets, nodes = _corners(mesh)
     kinds = np.empty(mesh.n_cells, np.uint8)
     for block in mesh.blocks:
@@ -73,8 +112,7 @@ def _derived(mesh: Mesh) -> tuple[Faces, Ints]:
     if starts[-1] > _MOST:
         raise MeshError(f"more than {_MOST} cell sides")
     other, crowded = pair(kinds, offsets, nodes, starts, len(mesh.points))
-    face_offsets, face_nodes, owner, neighbour, crowd = emit(kinds, offsets, nodes, starts, other, crowded)
-    return Faces(face_offsets, face_nodes, owner, neighbour), index_array(crowd)
+    return HalfFaces((kinds, offsets, nodes, starts), other, crowded)
 
 
 @once_per_mesh

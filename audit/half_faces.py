@@ -15,7 +15,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Ints, index_array
 
-__all__ = ["KINDS", "POLYGON", "count_half_faces", "emit", "pair"]
+__all__ = ["KINDS", "POLYGON", "count_half_faces", "emit", "meetings", "pair", "select"]
 
 KINDS = ("tri", "quad", "tet", "pyramid", "wedge", "hex", "polygon")
 """Cell types by the number the kernels know them by; polyhedra bring their faces along."""
@@ -119,7 +119,9 @@ def pair(
     two are paired and each further one stands alone.
     """
     other = np.empty(starts[-1], np.int32)
-    cell_of = np.empty(starts[-1], np.int32)
+    # cells of one type all have as many: then nothing need be kept to tell whose a half-face is
+    each = int(_COUNT[kinds[0]]) if len(kinds) and kinds[0] != POLYGON and (kinds == kinds[0]).all() else 0
+    cell_of = np.empty(0 if each else starts[-1], np.int32)
     crowded = np.zeros(starts[-1], dtype=bool)
     begin = np.zeros(n_points + 1, np.int32)
     _find_buckets(kinds, offsets, nodes, starts, cell_of, other, begin)
@@ -127,7 +129,7 @@ def pair(
     np.cumsum(begin, dtype=np.int32, out=begin)
     bucket = np.empty(begin[-1], np.int32)
     keys = np.empty(most, np.int64), np.empty(most, np.int32)
-    _pair(kinds, offsets, nodes, starts, cell_of, other, crowded, begin, bucket, *keys)
+    _pair(kinds, offsets, nodes, starts, cell_of, each, other, crowded, begin, bucket, *keys)
     return other, crowded
 
 
@@ -140,7 +142,8 @@ def _find_buckets(
         n = offsets[c + 1] - offsets[c]
         for h in range(starts[c], starts[c + 1]):
             size, a, b, x, y = _half_face(kinds[c], h - starts[c], offsets[c], n, nodes)
-            cell_of[h] = c
+            if cell_of.size:
+                cell_of[h] = c
             other[h] = NONE
             if size:
                 m = _smallest(size, a, b, x, y)
@@ -155,6 +158,7 @@ def _pair(
     nodes: Ints,
     starts: Ints,
     cell_of: Ints,
+    each: int,
     other: Ints,
     crowded: NDArray[np.bool_],
     begin: Ints,
@@ -174,7 +178,7 @@ def _pair(
         n_in = begin[p] - low
         for i in range(n_in):
             h = bucket[low + i]
-            c = cell_of[h]
+            c = _cell(h, each, cell_of)
             n = offsets[c + 1] - offsets[c]
             size, a, b, x, y = _half_face(kinds[c], h - starts[c], offsets[c], n, nodes)
             first[i], second[i] = _key(size, p, a, b, x, y)
@@ -187,20 +191,27 @@ def _pair(
                 continue
             for j in range(i + 1, n_in):
                 if first[j] == first[i] and second[j] == second[i]:
-                    _meet(h, bucket[low + j], cell_of, other, crowded)
+                    g = bucket[low + j]
+                    _meet(h, g, _cell(h, each, cell_of), _cell(g, each, cell_of), other, crowded)
                 elif apart:
                     break
         low = begin[p]
 
 
 @inner
-def _meet(h: int, g: int, cell_of: Ints, other: Ints, crowded: NDArray[np.bool_]) -> None:
-    """Half-face g has the nodes of the earlier h: pair them, or leave g alone where h is taken already.
+def _cell(h: int, each: int, cell_of: Ints) -> int:
+    return h // each if each else cell_of[h]
+
+
+@inner
+def _meet(h: int, g: int, cell: int, beyond: int, other: Ints, crowded: NDArray[np.bool_]) -> None:
+    """Half-face g, of the cell `beyond`, has the nodes of the earlier h, of `cell`: pair them, or leave g alone where
+    h is taken already.
 
     A cell folded flat may name the same face twice; it never becomes its own neighbour.
     """
-    if other[h] == -1 and cell_of[h] != cell_of[g]:
-        other[h] = cell_of[g]
+    if other[h] == -1 and cell != beyond:
+        other[h] = beyond
         other[g] = SECOND
     else:
         crowded[h] = True
@@ -239,6 +250,66 @@ def emit(
     _emit(kinds, offsets, nodes, starts, other, face_offsets, face_nodes, owner)
     crowd = np.flatnonzero(crowded[faces]).astype(np.int32)
     return face_offsets, face_nodes[: face_offsets[-1]], owner, other[faces], crowd
+
+
+def select(kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, chosen: NDArray[np.bool_]) -> Ints:
+    """(k, 4) the nodes of the half-faces that are chosen (half-faces,), in their order; -1 in the places not used."""
+    out = np.full((np.count_nonzero(chosen), 4), -1, nodes.dtype)
+    _select(kinds, offsets, nodes, starts, chosen, out)
+    return out
+
+
+@kernel
+def _select(
+    kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, chosen: NDArray[np.bool_], out: Ints
+) -> None:
+    at = 0
+    for c in range(kinds.size):
+        for h in range(starts[c], starts[c + 1]):
+            if chosen[h]:
+                _, a, b, x, y = _half_face(kinds[c], h - starts[c], offsets[c], offsets[c + 1] - offsets[c], nodes)
+                out[at, 0], out[at, 1], out[at, 2], out[at, 3] = a, b, x, y
+                at += 1
+
+
+@kernel
+def meetings(
+    kinds: NDArray[np.uint8], offsets: Ints, nodes: Ints, starts: Ints, other: Ints, crowded: NDArray[np.bool_]
+) -> tuple[Ints, Ints, NDArray[np.bool_]]:
+    """(first, second, alike) of every side that exactly two cells share: the cells, and whether both walk it alike."""
+    n = 0
+    for h in range(other.size):
+        n += other[h] >= 0 and not crowded[h]
+    first, second, alike = np.empty(n, np.int32), np.empty(n, np.int32), np.zeros(n, np.bool_)
+    at = 0
+    for c in range(kinds.size):
+        for h in range(starts[c], starts[c + 1]):
+            d = other[h]
+            if d < 0 or crowded[h]:
+                continue
+            size, a, b, x, y = _half_face(kinds[c], h - starts[c], offsets[c], offsets[c + 1] - offsets[c], nodes)
+            m = _smallest(size, a, b, x, y)
+            key, after = _key(size, m, a, b, x, y), _after(size, m, a, b, x, y)
+            first[at], second[at] = c, d
+            for g in range(starts[d], starts[d + 1]):
+                size, a, b, x, y = _half_face(kinds[d], g - starts[d], offsets[d], offsets[d + 1] - offsets[d], nodes)
+                if size and _smallest(size, a, b, x, y) == m and _key(size, m, a, b, x, y) == key:
+                    alike[at] = _after(size, m, a, b, x, y) == after
+                    break
+            at += 1
+    return first, second, alike
+
+
+@inner
+def _after(size: int, m: int, a: int, b: int, c: int, d: int) -> int:
+    """The node that follows the smallest, m, along a side; of an edge its end."""
+    if size == 2 or a == m:
+        return b
+    if b == m:
+        return c
+    if c == m and size == 4:
+        return d
+    return a
 
 
 @kernel

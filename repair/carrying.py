@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from meshwright.audit.errors import MeshError
-from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone
+from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh, Zone, index_array
 
 __all__ = [
     "assignable", "padded", "with_boundary", "with_cells", "with_more_points", "with_points", "without_gone",
@@ -60,6 +60,10 @@ def _rewired(
     kept = {block.type: (block.nodes, block.rows) for block in blocks}
     kept.update(cells)
     kept = {name: pair for name, pair in kept.items() if len(pair[1])}
+    if len(kept) == 1:
+        ((name, (nodes, rows)),) = kept.items()
+        if (rows[1:] >= rows[:-1]).all():
+            return (CellBlock(name, np.arange(len(rows), dtype=np.int32), nodes),), index_array(rows)
     parents = np.concatenate([np.asarray(rows, dtype=np.int64) for _, rows in kept.values()] or [np.empty(0, np.int64)])
     order = np.argsort(parents, kind="stable")
     place = np.empty(len(order), np.int64)
@@ -70,7 +74,7 @@ def _rewired(
         at += len(rows)
         inside = np.argsort(here, kind="stable")
         out.append(CellBlock(name, here[inside], np.asarray(nodes)[inside]))
-    return tuple(out), parents[order]
+    return tuple(out), index_array(parents[order])
 
 
 def _of_children(zone: Zone, cells_from: Ints, n_before: int) -> Zone:

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.connectivity import faces, nodes_of_cells
+from meshwright.audit.connectivity import faces, half_faces, nodes_of_cells
 from meshwright.audit.errors import UsageError
+from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 from meshwright.repair.outcome import Options
 from meshwright.repair.sliding import sliding_points
@@ -47,33 +48,57 @@ def border_faces(mesh: Mesh) -> Mask:
     """(faces,) the faces on the boundary and those between cells of different zones."""
     sides = faces(mesh)
     out: Mask = sides.neighbour == NO_CELL
-    memberships = np.zeros(mesh.n_cells, np.int64)
-    for zone in mesh.cell_zones:
-        inside = np.zeros(mesh.n_cells, np.int64)
-        inside[zone.members] = 1
-        _, memberships = np.unique(2 * memberships + inside, return_inverse=True)
-    if mesh.cell_zones:
+    memberships = _memberships(mesh)
+    if memberships is not None:
         inner = np.flatnonzero(~out)
         out[inner] = memberships[sides.owner[inner]] != memberships[sides.neighbour[inner]]
     return out
 
 
+def _memberships(mesh: Mesh) -> Ints | None:
+    """(n_cells,) a number for the zones that a cell is in, the same where they are the same; None where all are."""
+    if not mesh.cell_zones:
+        return None
+    out = np.zeros(mesh.n_cells, np.int32)
+    for zone in mesh.cell_zones:
+        inside = np.zeros(mesh.n_cells, np.int32)
+        inside[zone.members] = 1
+        out = np.unique(2 * out + inside, return_inverse=True)[1].astype(np.int32)
+    return out if out.any() else None
+
+
+@kernel
+def _apart(starts: Ints, other: Ints, memberships: Ints) -> Mask:
+    """(half-faces,) those with a cell of other zones beyond."""
+    out = np.zeros(other.size, np.bool_)
+    for c in range(starts.size - 1):
+        for h in range(starts[c], starts[c + 1]):
+            out[h] = other[h] >= 0 and memberships[c] != memberships[other[h]]
+    return out
+
+
+def _borders(mesh: Mesh) -> Ints:
+    """(k, 4) nodes of the sides between cells of different zones; -1 where one has fewer."""
+    memberships = _memberships(mesh)
+    if memberships is None:
+        return np.empty((0, 4), np.int32)
+    sides = half_faces(mesh)
+    return sides.loops(_apart(sides.starts, sides.other, memberships))
+
+
 def zone_walls(mesh: Mesh) -> Ints:
     """(k, 3) triangles that a swap may not remove: borders of zones, and surface elements that the file lists."""
-    sides = faces(mesh)
-    rows = np.flatnonzero(border_faces(mesh) & (sides.neighbour != NO_CELL) & (np.diff(sides.offsets) == 3))
-    walls = [sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(3)]]
+    loops = _borders(mesh)
+    walls = [loops[loops[:, 3] < 0, :3]]
     walls += [block.nodes[:, :3] for block in mesh.boundary if CELL_TYPES[block.type].corners == "tri"]
-    return np.concatenate(walls).astype(np.int64)
+    return np.concatenate(walls)
 
 
 def edge_walls(mesh: Mesh) -> Ints:
     """(k, 2) edges of a mesh of 2-D cells that a swap may not remove: borders of zones, and listed line elements."""
-    sides = faces(mesh)
-    rows = np.flatnonzero(border_faces(mesh) & (sides.neighbour != NO_CELL))
-    walls = [sides.nodes[sides.offsets[rows].astype(np.int64)[:, None] + np.arange(2)]]
+    walls = [_borders(mesh)[:, :2]]
     walls += [block.nodes[:, :2] for block in mesh.boundary if CELL_TYPES[block.type].corners == "line"]
-    return np.concatenate(walls).astype(np.int64)
+    return np.concatenate(walls)
 
 
 def sliding(mesh: Mesh, options: Options) -> Mask:
@@ -106,13 +131,24 @@ def holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
     return found[options.hold]
 
 
+def _outer_points(mesh: Mesh) -> tuple[Ints, Ints]:
+    """Point rows on the boundary and on sides between cells of different zones, each maybe more than once."""
+    if mesh.faces is None:
+        sides = half_faces(mesh)
+        loops = sides.loops(sides.other == NO_CELL)
+        memberships = _memberships(mesh)
+        borders = loops[:0] if memberships is None else sides.loops(_apart(sides.starts, sides.other, memberships))
+        return loops[loops >= 0], borders[borders >= 0]
+    sizes, outside = np.diff(mesh.faces.offsets), mesh.faces.neighbour == NO_CELL
+    between = border_faces(mesh) & ~outside
+    return mesh.faces.nodes[np.repeat(outside, sizes)], mesh.faces.nodes[np.repeat(between, sizes)]
+
+
 def _holds(mesh: Mesh, options: Options) -> NDArray[np.uint8]:
     held = np.zeros(len(mesh.points), np.uint8)
-    sides = faces(mesh)
-    outside = sides.neighbour == NO_CELL
-    sizes = np.diff(sides.offsets)
-    held[sides.nodes[np.repeat(outside, sizes)]] |= Hold.BOUNDARY.value
-    held[sides.nodes[np.repeat(border_faces(mesh) & ~outside, sizes)]] |= Hold.BORDER.value
+    outside, between = _outer_points(mesh)
+    held[outside] |= Hold.BOUNDARY.value
+    held[between] |= Hold.BORDER.value
     for block in mesh.boundary:
         named = block.nodes if block.items is None else block.items
         held[named.ravel()] |= Hold.ELEMENT.value

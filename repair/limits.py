@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
+from meshwright.audit.connectivity import half_faces
 from meshwright.audit.measurement import measure
-from meshwright.audit.mesh import Ints, Mesh
+from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh
 from meshwright.audit.parallel import workers
-from meshwright.audit.surface import boundary_mesh
 from meshwright.repair.surface import sides_of, triangles_of
 
 __all__ = ["limits"]
@@ -33,7 +31,7 @@ def limits(mesh: Mesh) -> tuple[str, ...]:
     if mesh.cell_dimension != 3 or mesh.faces is not None or any(block.items is not None for block in mesh.blocks):
         return ()
     cells = measure(mesh, [_SKEW], threads=workers()).values[_SKEW]
-    shell = boundary_mesh(replace(mesh, boundary=(), boundary_ids=None, zones=()))
+    shell = _shell(mesh)
     if shell is None or not cells:
         return ()
     worst = max(float(np.nanmax(values)) for values in cells.values())
@@ -48,6 +46,17 @@ def limits(mesh: Mesh) -> tuple[str, ...]:
         f"the worst equiangle skew cannot fall under {skew:.3g} while the boundary stays: "
         f"that is the skew of the boundary face at ({x:.5g}, {y:.5g}, {z:.5g})",
     )
+
+
+def _shell(mesh: Mesh) -> Mesh | None:
+    """The sides that only one cell has, as a mesh."""
+    sides = half_faces(mesh)
+    loops = sides.loops(sides.other == NO_CELL)
+    tris, quads = loops[loops[:, 3] < 0, :3], loops[loops[:, 3] >= 0]
+    blocks = [CellBlock("tri", np.arange(len(tris)), tris)] if len(tris) else []
+    if len(quads):
+        blocks.append(CellBlock("quad", len(tris) + np.arange(len(quads)), quads))
+    return Mesh(mesh.points, tuple(blocks)) if blocks else None
 
 
 def _open_places(mesh: Mesh, tris: Ints) -> tuple[str, ...]:

@@ -12,11 +12,11 @@ from dataclasses import replace
 import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
-from meshwright.audit.jit import inner, kernel
+from meshwright.audit.connectivity import half_faces
 from meshwright.audit.mesh import CellBlock, Ints, Mesh
 from meshwright.repair.face_order import order_faces
 from meshwright.repair.outcome import Options, Outcome
-from meshwright.repair.pairing import components, pair_sides
+from meshwright.repair.pairing import components
 from meshwright.repair.sizes import signed_sizes
 
 __all__ = ["mirrored", "orient"]
@@ -27,7 +27,6 @@ _MIRROR = {
     "hex": (4, 5, 6, 7, 0, 1, 2, 3),
 }  # fmt: skip
 """Order of the corners of a cell of the other hand, by type."""
-_WHOLE = np.array([[0, 1, 2, 3]])
 
 
 def mirrored(name: str) -> tuple[int, ...] | None:
@@ -55,7 +54,7 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
         return order_faces(mesh)
     if any(block.items is not None for block in mesh.blocks):
         return Outcome(mesh, 0, refused=("polygons are not turned",))
-    first, second, alike = _meetings(mesh)
+    first, second, alike = half_faces(mesh).meetings()
     component, turned, torn = components(mesh.n_cells, first, second, alike)
     reverse = turned.astype(bool)
     weights = signed_sizes(mesh)
@@ -92,55 +91,6 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     if not changed:
         return Outcome(mesh, 0, refused=tuple(refused))
     return Outcome(replace(mesh, blocks=tuple(blocks)), changed, "cells reversed", refused=tuple(refused))
-
-
-def _sides(mesh: Mesh) -> tuple[Ints, Ints]:
-    """(cell (h,), loop (h, 4)) of each side of each cell; -1 in the places that a side of fewer nodes leaves.
-
-    In a mesh of 2-D cells sides are edges.
-    """
-    cells, loops = [], []
-    for block in mesh.blocks:
-        kind = CELL_TYPES[block.type]
-        for side in kind.faces if mesh.cell_dimension == 3 else kind.edges:
-            loop = np.full((len(block), 4), -1, block.nodes.dtype)
-            loop[:, : len(side)] = block.nodes[:, list(side)]
-            cells.append(block.rows)
-            loops.append(loop)
-    return np.concatenate(cells), np.concatenate(loops)
-
-
-def _meetings(mesh: Mesh) -> tuple[Ints, Ints, Ints]:
-    """(first, second, alike) of every side that exactly two cells share: the cells, and 1 where both walk it alike."""
-    cells, loops = _sides(mesh)
-    partner = pair_sides(loops, _WHOLE, np.empty((0, 4), loops.dtype))[:, 0]
-    a = np.flatnonzero(partner > np.arange(len(partner)))
-    b = partner[a]
-    return cells[a], cells[b], _walked_alike(loops, a, b)
-
-
-@inner
-def _second(loops: Ints, side: int) -> int:
-    """The node that follows the smallest one; of an edge, its end."""
-    n = 2
-    while n < 4 and loops[side, n] >= 0:
-        n += 1
-    if n == 2:
-        return loops[side, 1]
-    at = 0
-    for k in range(1, n):
-        if loops[side, k] < loops[side, at]:
-            at = k
-    return loops[side, (at + 1) % n]
-
-
-@kernel
-def _walked_alike(loops: Ints, a: Ints, b: Ints) -> Ints:
-    """(k,) 1 where the sides a and b, of the same nodes, run the same way."""
-    out = np.empty(a.size, np.int64)
-    for i in range(a.size):
-        out[i] = _second(loops, a[i]) == _second(loops, b[i])
-    return out
 
 
 def _with_free_edges(mesh: Mesh, first: Ints, second: Ints) -> Ints:

@@ -105,41 +105,44 @@ def components(n: int, first: Ints, second: Ints, alike: Ints) -> tuple[Ints, In
 
     first, second (k,): pairs that meet. alike (k,): 1 where one of the two must be turned for them to agree.
     """
-    degree = np.zeros(n + 1, np.int64)
-    for i in range(first.size):
-        degree[first[i] + 1] += 1
-        degree[second[i] + 1] += 1
-    for c in range(n):
-        degree[c + 1] += degree[c]
-    cursor = degree[:-1].copy()
-    links = np.empty(2 * first.size, np.int64)
-    for i in range(first.size):
-        links[cursor[first[i]]] = 2 * second[i] + alike[i]
-        cursor[first[i]] += 1
-        links[cursor[second[i]]] = 2 * first[i] + alike[i]
-        cursor[second[i]] += 1
-    component = np.full(n, -1, np.int64)
-    turned = np.zeros(n, np.int64)
+    above = np.empty(n, first.dtype)
+    turned = np.zeros(n, np.uint8)
     torn = np.zeros(n, np.bool_)
-    stack = np.empty(n, np.int64)
+    for c in range(n):
+        above[c] = c
+    for i in range(first.size):
+        a, by_a = _root(above, turned, first[i])
+        b, by_b = _root(above, turned, second[i])
+        flips = by_a ^ by_b ^ np.uint8(alike[i])
+        if a < b:
+            above[b], turned[b] = a, flips
+        elif b < a:
+            above[a], turned[a] = b, flips
+        elif flips:
+            torn[first[i]] = True
+    component = np.empty(n, above.dtype)
     found = 0
-    for start in range(n):
-        if component[start] >= 0:
-            continue
-        component[start] = found
-        stack[0] = start
-        top = 1
-        while top:
-            top -= 1
-            c = stack[top]
-            for i in range(degree[c], degree[c + 1]):
-                d, flips = links[i] // 2, links[i] % 2
-                if component[d] < 0:
-                    component[d] = found
-                    turned[d] = turned[c] ^ flips
-                    stack[top] = d
-                    top += 1
-                elif turned[d] != turned[c] ^ flips:
-                    torn[c] = True
-        found += 1
+    for c in range(n):
+        root, _ = _root(above, turned, c)
+        if root == c:
+            component[c] = found
+            found += 1
+        else:
+            component[c] = component[root]
     return component, turned, np.flatnonzero(torn)
+
+
+@inner
+def _root(above: Ints, turned: Ints, c: int) -> tuple[int, int]:
+    """(first one joined to c, whether c is turned against it); what lies on the way is hung straight under it."""
+    root, sum_ = c, np.uint8(0)
+    while above[root] != root:
+        sum_ ^= turned[root]
+        root = above[root]
+    whole = sum_
+    while above[c] != root and c != root:
+        up, own = above[c], turned[c]
+        above[c], turned[c] = root, sum_
+        sum_ ^= own
+        c = up
+    return root, whole

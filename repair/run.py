@@ -20,7 +20,7 @@ from meshwright.repair.hausdorff import Apart, surface_of, surfaces_apart
 from meshwright.repair.limits import limits
 from meshwright.repair.outcome import FREE, KEEP, Options, Outcome, Pass
 from meshwright.repair.passes import PASSES, select_passes
-from meshwright.repair.quality import SMALL, WORTH, Standing, standing, worst_first
+from meshwright.repair.quality import SMALL, WORTH, Rating, Standing, standing, worst_first
 from meshwright.repair.sizes import signed_sizes
 from meshwright.repair.sliding import FIXED, MODES, Sheet
 from meshwright.repair.target import Aim, judge_by
@@ -91,7 +91,7 @@ class Repair:
     refused: tuple[str, ...]
     notes: tuple[str, ...]
     limits: tuple[str, ...]
-    first: Standing
+    first: Rating
     last: Standing
     aim: Aim | None = None
     along: Along | None = None
@@ -179,7 +179,8 @@ class _Driver:
 
     def __init__(self, mesh: Mesh, options: Options) -> None:
         self.options = options
-        self.first = self.now = standing(mesh)
+        self.now = standing(mesh)
+        self.first = self.now.rating
         self.before = self.current = mesh
         self.steps: list[Step] = []
         self.refused: list[str] = []

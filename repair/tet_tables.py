@@ -89,8 +89,10 @@ class TetTables:
         origin[:m] = np.argsort(_first(tets, place), kind="stable")
         table = np.full((capacity, 4), -1, narrow)
         _renumbered(tets, place, origin, table)
+        met = neighbours(table[:m], place[np.asarray(walls, dtype=np.int64)])
         across = np.full((capacity, 4), WALL, narrow)
-        across[:m] = neighbours(table[:m], place[np.asarray(walls, dtype=np.int64)])
+        across[:m] = met
+        del met
         own = np.zeros((n + spare, 3))
         own[:n] = points[order]
         least = worst_around_points(table[:m], worst_at_points(own, table, n + spare))
@@ -118,7 +120,12 @@ class TetTables:
         return tables
 
     def result(self) -> tuple[Floats, Ints, Ints]:
-        """(points, tets, origin of each), by the rows that were given; new points stand behind the old ones."""
+        """(points, tets, origin of each), by the rows that were given; new points stand behind the old ones.
+
+        The tables are spent by it.
+        """
+        nothing = np.empty(0)
+        self.across, self.fit, self.least = np.empty((0, 4), np.int32), nothing, nothing
         n = len(self.place)
         given = np.arange(self.count[0], dtype=self.place.dtype)
         given[self.place] = np.arange(n)

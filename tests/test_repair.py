@@ -137,7 +137,8 @@ def test_no_cell_is_worse_than_the_worst_one_was_around_its_points(name):
         for p in cell:
             at.setdefault(p, set()).add(row)
     around = {p: set().union(*(at[q] for row in mine for q in cells[row])) for p, mine in at.items()}
-    low = {p: min(done.first.quality[list(near)]) for p, near in around.items()}
+    quality = standing(done.before).quality
+    low = {p: min(quality[list(near)]) for p, near in around.items()}
     for block in done.after.blocks:
         for row, cell in zip(block.rows.tolist(), block.nodes.tolist(), strict=True):
             assert done.last.quality[row] >= max(low[p] for p in cell) - 1e-9

@@ -85,8 +85,8 @@ def test_one_of_two_points_that_nearly_coincide_is_taken_away():
     tables = TetTables.of(mesh.points, mesh.block("tet").nodes, np.empty((0, 3)), held_points(mesh, Options()))
     before = tables.floor
     assert tables.contract(below=0.02) >= 1
-    points, tets, _ = tables.result()
     assert tables.floor > before
+    points, tets, _ = tables.result()
     assert len(np.intersect1d(tets, [len(points) - 6, len(points) - 5])) <= 1
     assert np.isclose(volume6(points, tets).sum(), 6.0, rtol=1e-12)
 
@@ -145,8 +145,8 @@ def test_the_faces_between_two_points_give_way_to_the_edge_between_them(corners)
     before = tables.floor
     while tables.swap(np.inf, by_fitness=True):
         pass
-    _, found, _ = tables.result()
     assert tables.floor > before
+    _, found, _ = tables.result()
     assert len(found) == corners, "all of them stand around the axis"
     assert ((found == top).any(axis=1) & (found == bottom).any(axis=1)).all()
     assert np.isclose(volume6(points, found).sum(), volume6(points, tets).sum(), rtol=1e-14)

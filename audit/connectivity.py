@@ -69,7 +69,7 @@ def overused_faces(mesh: Mesh) -> Ints:
 
 @once_per_mesh
 def _derived(mesh: Mesh) -> tuple[Faces, Ints]:
-    sides = half_faces(mesh)
+    sides = _half_faces(mesh)
     face_offsets, face_nodes, owner, neighbour, crowd = emit(*sides.cells, sides.other, sides.crowded)
     return Faces(face_offsets, face_nodes, owner, neighbour), index_array(crowd)
 
@@ -102,8 +102,14 @@ class HalfFaces:
         return first, second, alike
 
 
+@once_per_mesh
 def half_faces(mesh: Mesh) -> HalfFaces:
-    """The sides of the cells of a mesh without polyhedra. Not kept: it is for who needs them once."""
+    """The sides of the cells of a mesh without polyhedra."""
+    return _half_faces(mesh)
+
+
+def _half_faces(mesh: Mesh) -> HalfFaces:
+    """The same, not kept: faces, which are, tell as much."""
     offsets, nodes = _corners(mesh)
     kinds = np.empty(mesh.n_cells, np.uint8)
     for block in mesh.blocks:

@@ -13,7 +13,8 @@ import numpy as np
 
 from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import half_faces
-from meshwright.audit.mesh import CellBlock, Ints, Mesh
+from meshwright.audit.jit import kernel
+from meshwright.audit.mesh import CellBlock, Floats, Ints, Mesh
 from meshwright.repair.face_order import order_faces
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.pairing import components
@@ -56,20 +57,17 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
         return Outcome(mesh, 0, refused=("polygons are not turned",))
     first, second, alike = half_faces(mesh).meetings()
     component, turned, torn = components(mesh.n_cells, first, second, alike)
-    reverse = turned.astype(bool)
-    weights = signed_sizes(mesh)
     n = int(component.max()) + 1
-    total = np.bincount(component, np.where(reverse, -weights, weights), minlength=n)
-    share = np.bincount(component, np.abs(weights), minlength=n)
-    undecided = np.abs(total) <= 1e-12 * share
-    majority = np.bincount(component, reverse, minlength=n) * 2 > np.bincount(component, minlength=n)
-    flip = np.where(undecided, majority, total < 0.0)
+    total, share, many, against = _totals(component, turned, signed_sizes(mesh), n)
+    majority = against * 2 > many
+    flip = np.where(np.abs(total) <= 1e-12 * share, majority, total < 0.0)
     if mesh.dimension == 3 and mesh.cell_dimension == 2:
         open_ = np.zeros(n, bool)
         open_[component[_with_free_edges(mesh, first, second)]] = True
         # a closed part that agrees with itself may be the wall of a void: beside others it is left as it is
-        whole = np.bincount(component, turned, minlength=n) == 0
+        whole = against == 0
         flip = np.where(open_ | (whole & (n > 1)), majority, flip)
+    reverse = turned.astype(bool)
     reverse ^= flip[component]
     refused = []
     bad = np.unique(component[torn])
@@ -91,6 +89,20 @@ def orient(mesh: Mesh, options: Options) -> Outcome:
     if not changed:
         return Outcome(mesh, 0, refused=tuple(refused))
     return Outcome(replace(mesh, blocks=tuple(blocks)), changed, "cells reversed", refused=tuple(refused))
+
+
+@kernel
+def _totals(component: Ints, turned: Ints, sizes: Floats, n: int) -> tuple[Floats, Floats, Ints, Ints]:
+    """(summed size as its first cell sees it, the same without signs, cells, those turned) of each of n components."""
+    total, share = np.zeros(n), np.zeros(n)
+    many, against = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    for c in range(component.size):
+        k = component[c]
+        total[k] += -sizes[c] if turned[c] else sizes[c]
+        share[k] += abs(sizes[c])
+        many[k] += 1
+        against[k] += turned[c]
+    return total, share, many, against
 
 
 def _with_free_edges(mesh: Mesh, first: Ints, second: Ints) -> Ints:

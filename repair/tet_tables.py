@@ -25,7 +25,7 @@ from meshwright.repair.tet_topology import WALL, neighbours, wall_points
 
 __all__ = ["TetTables"]
 
-_ROOM = 0.08
+_ROOM = 0.04
 """Tets that swaps may add, as a part of those there are; as a rule they leave fewer."""
 _MORE_PER_POINT = 7
 """Tets that a new point brings."""

@@ -10,6 +10,7 @@ from meshwright.audit.cache import forget
 from meshwright.audit.mesh import Mesh
 from meshwright.repair.carrying import assignable, with_cells, with_more_points, with_points, without_gone
 from meshwright.repair.held import held_points, sliding, zone_walls
+from meshwright.repair.listing import listed_anew
 from meshwright.repair.outcome import FREE, Options, Outcome
 from meshwright.repair.tet_tables import TetTables
 from meshwright.repair.tets import free_tets, improve_tets, raise_worst_tets, smooth_tets, swap_tets
@@ -36,12 +37,15 @@ def _on_tets(mesh: Mesh, options: Options, work: Callable[[TetTables], tuple[int
     if not swaps and not moves:
         return Outcome(mesh, 0)
     points, tets, origin = tables.result()
+    flips = tables.flips
     del tables
     fresh, cells_from, points_from = with_more_points(with_points(mesh, points[:n]), points[n:]), None, None
     moved = int(np.count_nonzero((points[:n] != mesh.points).any(axis=1)))
-    note = f"{swaps:,} swaps, {moved:,} points moved"
+    note = f"{swaps:,} swaps, {moved:,} points moved" + (f", {flips:,} boundary edges turned" if flips else "")
     if swaps:
         fresh, cells_from = with_cells(fresh, {"tet": (tets, block.rows[origin])})
+    if flips:
+        fresh = listed_anew(fresh)
     lost = np.zeros(len(points), np.bool_)
     lost[block.nodes] = True
     lost[n:] = True

@@ -1,8 +1,6 @@
 """Swaps of a tet mesh: removal of faces (2-3 and larger ones) and of edges (3-2, 4-4 and every larger ring).
 
-An edge with a closed ring of m tets is replaced by the best triangulation of the ring, found by dynamic programming
-(Klincsek, Annals of Discrete Math. 9, 1980; for tets Shewchuk, "Two discrete optimization algorithms for the
-topological improvement of tetrahedral meshes", 2002). The faces that lie between two points are replaced by the edge
+An edge with a closed ring of m tets is replaced by the best triangulation of the ring, see `tet_rings`. The faces that lie between two points are replaced by the edge
 between these, which is the inverse. A swap is made where it lowers the cost summed over the tets it touches and does
 not lower their smallest fitness, or where it raises the smallest fitness.
 
@@ -19,6 +17,7 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
+from meshwright.repair.tet_rings import LARGEST_RING, allowed, build, least_cost, most_fit, sum_of
 from meshwright.repair.tet_shape import both, cost_of, quality_floor, quality_of
 from meshwright.repair.tet_topology import replace_cavity
 
@@ -26,14 +25,11 @@ __all__ = ["hurts", "outward", "rate_again", "swap"]
 
 Parts = NDArray[np.uint8]
 
-_LARGEST_RING = 12
 _MOST_FACES = 8
 """Faces that one swap removes at most."""
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]], dtype=np.int64)
 _OUTSIDE = -1
 """In place of a ring that leaves the part."""
-_LEAST = 1e-6
-"""Relative gain below which a swap is not worth making: it keeps rounding from swapping to and fro."""
 
 
 @inner
@@ -74,7 +70,7 @@ def _ring(
     n = 0
     first = c
     while True:
-        if n >= _LARGEST_RING:
+        if n >= LARGEST_RING:
             return 0
         ring[n] = c
         around[n] = t
@@ -101,111 +97,6 @@ def _ring(
                 d = v
         if d < 0:
             return 0
-
-
-@inner
-def _least_cost(
-    points: Floats, a: int, b: int, ring: Ints, m: int, most: float, value: Floats, pick: Ints
-) -> float:  # fmt: skip
-    """Cost of the cheapest triangulation of the ring, inf where none is under `most`; `pick` says which it is.
-
-    value[i, j]: cost of the cheapest triangulation of ring i to j. No tet costs less than 1.
-    """
-    for i in range(m - 1):
-        value[i, i + 1] = 0.0
-    for span in range(2, m):
-        for i in range(m - span):
-            j = i + span
-            rest = 2.0 * (m - 1 - span)
-            value[i, j] = np.inf
-            pick[i, j] = -1
-            for k in range(i + 1, j):
-                before = value[i, k] + value[k, j]
-                bound = min(value[i, j], most - rest)
-                if before + 2.0 >= bound:
-                    continue
-                c = before + cost_of(points, a, ring[i], ring[k], ring[j])
-                if c + 1.0 >= bound:
-                    continue
-                c += cost_of(points, ring[i], ring[k], ring[j], b)
-                if c < bound:
-                    value[i, j] = c
-                    pick[i, j] = k
-    return value[0, m - 1]
-
-
-@inner
-def _most_fit(
-    points: Floats, a: int, b: int, ring: Ints, m: int, least: float, low: Floats, pick: Ints
-) -> float:  # fmt: skip
-    """The largest smallest fitness of a triangulation of the ring, under 0 where none is over `least`; `pick` says
-    which it is.
-
-    low[i, j]: largest smallest fitness of a triangulation of ring i to j.
-    """
-    for i in range(m - 1):
-        low[i, i + 1] = np.inf
-    for span in range(2, m):
-        for i in range(m - span):
-            j = i + span
-            low[i, j] = -np.inf
-            pick[i, j] = -1
-            for k in range(i + 1, j):
-                f = min(low[i, k], low[k, j])
-                if not f > max(least, low[i, j]):
-                    continue
-                f = min(f, both(points, a, ring[i], ring[k], ring[j])[0])
-                if not f > max(least, low[i, j]):
-                    continue
-                f = min(f, both(points, ring[i], ring[k], ring[j], b)[0])
-                if f > max(least, low[i, j]):
-                    low[i, j] = f
-                    pick[i, j] = k
-    return low[0, m - 1]
-
-
-@inner
-def _build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Ints) -> int:
-    """Write the tets of the picked triangulation into `new`; their number."""
-    n = 0
-    top = 1
-    stack[0, 0], stack[0, 1] = 0, m - 1
-    while top:
-        top -= 1
-        i, j = stack[top, 0], stack[top, 1]
-        if j - i < 2:
-            continue
-        k = pick[i, j]
-        new[n, 0], new[n, 1], new[n, 2], new[n, 3] = a, ring[i], ring[k], ring[j]
-        new[n + 1, 0], new[n + 1, 1], new[n + 1, 2], new[n + 1, 3] = ring[i], ring[k], ring[j], b
-        n += 2
-        stack[top, 0], stack[top, 1] = i, k
-        stack[top + 1, 0], stack[top + 1, 1] = k, j
-        top += 2
-    return n
-
-
-@inner
-def _sum_of(points: Floats, new: Ints, n: int) -> tuple[float, float]:
-    """(summed cost, smallest fitness) of these tets."""
-    total, low = 0.0, np.inf
-    for i in range(n):
-        f, c = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])
-        total += c
-        low = min(low, f)
-    return total, low
-
-
-@inner
-def _allowed(
-    old_fit: float, old_cost: float, fit: float, total: float, by_fitness: bool, floor: float, give: float
-) -> bool:
-    """Whether a swap from (old_fit, old_cost) to (fit, total) is an improvement that hurts nothing."""
-    if fit <= 0.0:
-        return False
-    if by_fitness:
-        return fit > old_fit * (1.0 + _LEAST) + 1e-12
-    return total < old_cost * (1.0 + give) and fit >= min(old_fit, floor)
 
 
 @inner
@@ -269,7 +160,7 @@ def _remove_faces(
             total += ci
             if fi < low:
                 low, worst = fi, i
-        if _allowed(old_fit, old_cost, low, total, by_fitness, floor, give):
+        if allowed(old_fit, old_cost, low, total, by_fitness, floor, give):
             gain = low / old_fit if by_fitness else old_cost - total
             if best_m == 0 or gain > best:
                 best, best_m = gain, m
@@ -332,12 +223,12 @@ def swap(
     part_of: (cap,) the part that each row belongs to; only those of `part` are read and written, and `free` holds no
     others. late: (cap,) set for tets that a swap was not tried at because it leaves the part. only_late: sweep those.
     """
-    ring = np.empty(_LARGEST_RING + 1, np.int64)
+    ring = np.empty(LARGEST_RING + 1, np.int64)
     old = np.empty(64, np.int64)
     new = np.empty((64, 4), np.int64)
     rim = np.empty((128, 4), np.int64)
-    table = np.empty((_LARGEST_RING, _LARGEST_RING))
-    pick = np.empty((_LARGEST_RING, _LARGEST_RING), np.int64)
+    table = np.empty((LARGEST_RING, LARGEST_RING))
+    pick = np.empty((LARGEST_RING, LARGEST_RING), np.int64)
     stack = np.empty((64, 2), np.int64)
     polygon = np.empty(_MOST_FACES + 2, np.int64)
     tops = np.empty(_MOST_FACES + 2, np.int64)
@@ -357,15 +248,15 @@ def swap(
                 old_fit = min(old_fit, fit[old[i]])
                 old_cost += row_cost(points, tets, old[i])
             if by_fitness:
-                if not _most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
+                if not most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
                     continue
             else:
                 most = old_cost * (1.0 + give)
-                if 2.0 * (m - 2) >= most or not _least_cost(points, a, b, ring, m, most, table, pick) < most:
+                if 2.0 * (m - 2) >= most or not least_cost(points, a, b, ring, m, most, table, pick) < most:
                     continue
-            n = _build(a, b, ring, m, pick, new, stack)
-            total, low_fit = _sum_of(points, new, n)
-            if not _allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
+            n = build(a, b, ring, m, pick, new, stack)
+            total, low_fit = sum_of(points, new, n)
+            if not allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
                 continue
             if hurts(points, new, n, least, low_fit):
                 continue

@@ -16,6 +16,7 @@ from meshwright.repair.held import Mask
 from meshwright.repair.quality import worst_around_points
 from meshwright.repair.sliding import Sheet
 from meshwright.repair.tet_climb import raise_worst
+from meshwright.repair.tet_flips import flip
 from meshwright.repair.tet_nodes import contract, insert
 from meshwright.repair.tet_shape import cost_of
 from meshwright.repair.tet_smooth import smooth
@@ -51,7 +52,8 @@ class TetTables:
     least (n,): quality of the worst tet around each point at the start, see `quality.worst_around_points`; no tet at
     the point may fall under that. count (1,): points in use. place (n,): row of each point that was given: what lies
     near each other stands near each other here, which halves the time that kernels wait for memory. part_of (cap,):
-    the part of the mesh that a row belongs to while parts are swept at the same time. The arrays are its own.
+    the part of the mesh that a row belongs to while parts are swept at the same time. flips: edges of the boundary that
+    were removed. The arrays are its own.
     """
 
     points: Floats
@@ -66,6 +68,7 @@ class TetTables:
     count: Ints
     place: Ints
     part_of: NDArray[np.uint8]
+    flips: int = 0
 
     @classmethod
     def of(
@@ -199,6 +202,13 @@ class TetTables:
             self.part_of[:] = half // 2
             made += sweep(range(count + 1), only_late=True)
         self.part_of[:] = 0
+        if near is None and (self.seat >= 0).any():
+            flips = flip(
+                self.points, self.tets, self.across, self.origin, self.fit, self._free(0),
+                self.least, self.seat, below, by_fitness, floor, give,
+            )  # fmt: skip
+            self.flips += int(flips)
+            made += int(flips)
         return made
 
     def _layers(self, count: int) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from typing import Any
 
@@ -41,11 +42,12 @@ def render_text(
         for step in kept:
             before, after = step["worst_quality"]
             bad = step["inverted_or_degenerate"]
-            note = step["note"] if len(step["note"]) <= room else step["note"][: room - 1] + "…"
+            note, *more = textwrap.wrap(step["note"], room) or [""]
             out.append(
                 f"  {step['pass']:<16}{step['changed']:>8,}  {note:<{room}}  {f'{before:.3f} > {after:.3f}':>15}"
                 f"  {f'{bad[0]:,} > {bad[1]:,}':>13}"
             )
+            out += [f"{'':<28}{line}" for line in more]
     else:
         out.append("  Nothing to do: no pass found a change that is worth one.")
     out += ["", bold("  before and after") + "                                 worst                      mean"]

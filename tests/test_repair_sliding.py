@@ -12,6 +12,7 @@ from meshwright.audit.errors import UsageError
 from meshwright.audit.mesh import CellBlock, Mesh, Zone
 from meshwright.repair import repair, write
 from meshwright.repair.sliding import PROJECT, SLIDE, Sheet, sliding_points
+from meshwright.repair.tet_tables import TetTables
 from meshwright.reports.cli import cli
 
 
@@ -119,6 +120,64 @@ def test_points_on_a_border_of_boundary_zones_stay():
     assert len(border) > 4
     assert np.array_equal(done.after.points[border], mesh.points[border])
     assert done.along.moved > 0
+
+
+@pytest.mark.parametrize("height", [0.6, 1.5])
+def test_two_tets_with_a_flat_quadrilateral_are_halved_the_other_way_where_that_is_better(height):
+    points = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, height)], float)
+    points[1], points[3] = (0.62, 0.38, 0), (0.38, 0.62, 0)  # a kite: its long diagonal is the worse one
+    tets = np.array([(0, 1, 2, 4), (0, 2, 3, 4)])
+    assert (volume6(points, tets) > 0).all()
+    held = np.ones(5, bool)
+    for slides, turned in ((np.zeros(5, bool), 0), (np.arange(5) == 0, 1)):
+        tables = TetTables.of(points, tets, np.empty((0, 3)), held, slides, Sheet.of(solid(points, tet=tets), SLIDE))
+        before = tables.floor
+        tables.swap(np.inf, by_fitness=True)
+        assert tables.flips == turned
+        assert (tables.floor > before) == bool(turned)
+        _, found, _ = tables.result()
+        assert np.isclose(volume6(points, found).sum(), volume6(points, tets).sum(), rtol=1e-14)
+        assert (volume6(points, found) > 0).all()
+        assert (found == 1).any(axis=1).all() == bool(turned), "the short diagonal is in both tets now"
+
+
+def sides_of_cube(mesh):
+    """(k, 3) boundary faces of a mesh of the unit cube, outward, and the side of the cube (0 to 5) that each is in."""
+    every = mesh.block("tet").nodes[:, [[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]]].reshape(-1, 3)
+    x = mesh.points[every]
+    flat = np.stack([(x[..., a] == v).all(axis=1) for v in (0.0, 1.0) for a in range(3)], axis=1)
+    return every[flat.any(axis=1)], flat[flat.any(axis=1)].argmax(axis=1)
+
+
+def area_of(points, tris):
+    x = points[tris]
+    return 0.5 * np.linalg.norm(np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1).sum()
+
+
+def test_listed_triangles_and_their_zones_follow_the_edges_that_are_turned():
+    mesh = random_tets()
+    faces, side = sides_of_cube(mesh)
+    left = (side == 2) & (mesh.points[faces][:, :, 0].mean(axis=1) < 0.5)
+    zones = [Zone(f"side {k}", "w", "wall", "face", np.flatnonzero((side == k) & ~left)) for k in range(6)]
+    zones += [Zone("left", "w", "wall", "face", np.flatnonzero(left))]
+    ids = 100 + np.arange(len(faces))
+    block = CellBlock("tri", np.arange(len(faces)), faces)
+    mesh = Mesh(mesh.points, mesh.blocks, boundary=(block,), zones=tuple(zones), boundary_ids=ids)
+    done = repair(mesh, boundary=SLIDE)
+    assert "boundary edges turned" in done.steps[0].note
+    now = done.after.boundary[0].nodes
+    there, _ = sides_of_cube(done.after)
+    assert {tuple(sorted(f)) for f in now.tolist()} == {tuple(sorted(f)) for f in there.tolist()}
+    assert len(now) == len(faces)
+    assert {frozenset(f) for f in now.tolist()} != {frozenset(f) for f in faces.tolist()}
+    assert np.array_equal(done.after.boundary_ids, ids)
+    for old, new in zip(mesh.zones, done.after.zones, strict=True):
+        assert np.array_equal(old.members, new.members)
+        assert np.isclose(area_of(done.after.points, now[new.members]), area_of(mesh.points, faces[old.members]))
+    x = done.after.points[now]
+    outward = np.einsum("ij,ij->i", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), x.mean(axis=1) - 0.5)
+    assert (outward > 0).all(), "they look the way they did"
+    assert not repair(done.after, boundary=SLIDE).changed
 
 
 def test_an_unknown_boundary_is_refused_and_the_receipt_tells_of_a_known_one(tmp_path):

@@ -16,6 +16,7 @@ from meshwright.audit.errors import MeshError
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.carrying import with_cells, with_more_points
+from meshwright.repair.doubles import Pair, minus, plus, times, two_sum
 from meshwright.repair.held import held_points, zone_walls
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.refine import chosen_cells
@@ -23,11 +24,11 @@ from meshwright.repair.split import linear_only
 from meshwright.repair.tet_swaps import outward
 from meshwright.repair.tet_tables import TetTables
 from meshwright.repair.tet_topology import replace_cavity
+from meshwright.repair.tri_delaunay import refine_triangles
 
 __all__ = ["in_sphere", "insert_delaunay"]
 
 Mask = NDArray[np.bool_]
-Pair = tuple[float, float]
 
 _RATIO = 2.0
 """Circumradius over shortest edge above which a tet is cut: the bound that refinement by circumcentres can reach."""
@@ -43,56 +44,18 @@ _PAIR_FILTER = 1e-29
 
 
 @inner
-def _sum(a: float, b: float) -> Pair:
-    """a + b and what rounding takes from it (Knuth)."""
-    s = a + b
-    v = s - a
-    return s, (a - (s - v)) + (b - v)
-
-
-@inner
-def _product(a: float, b: float) -> Pair:
-    """a * b and what rounding takes from it (Dekker, Veltkamp's splitting)."""
-    p = a * b
-    c = 134217729.0 * a
-    ah = c - (c - a)
-    al = a - ah
-    c = 134217729.0 * b
-    bh = c - (c - b)
-    bl = b - bh
-    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
-
-
-@inner
-def _plus(a: Pair, b: Pair) -> Pair:
-    s, e = _sum(a[0], b[0])
-    return _sum(s, e + a[1] + b[1])
-
-
-@inner
-def _minus(a: Pair, b: Pair) -> Pair:
-    return _plus(a, (-b[0], -b[1]))
-
-
-@inner
-def _times(a: Pair, b: Pair) -> Pair:
-    p, e = _product(a[0], b[0])
-    return _sum(p, e + a[0] * b[1] + a[1] * b[0])
-
-
-@inner
 def _lift(x: float, y: float, z: float, px: float, py: float, pz: float) -> tuple[Pair, Pair, Pair, Pair]:
     """Differences to a point and their summed squares."""
-    u, v, w = _sum(x, -px), _sum(y, -py), _sum(z, -pz)
-    return u, v, w, _plus(_plus(_times(u, u), _times(v, v)), _times(w, w))
+    u, v, w = two_sum(x, -px), two_sum(y, -py), two_sum(z, -pz)
+    return u, v, w, plus(plus(times(u, u), times(v, v)), times(w, w))
 
 
 @inner
 def _det3(a: tuple[Pair, Pair, Pair, Pair], b: tuple[Pair, Pair, Pair, Pair], c: tuple[Pair, Pair, Pair, Pair]) -> Pair:
-    one = _times(a[0], _minus(_times(b[1], c[2]), _times(b[2], c[1])))
-    two = _times(a[1], _minus(_times(b[2], c[0]), _times(b[0], c[2])))
-    three = _times(a[2], _minus(_times(b[0], c[1]), _times(b[1], c[0])))
-    return _plus(_plus(one, two), three)
+    one = times(a[0], minus(times(b[1], c[2]), times(b[2], c[1])))
+    two = times(a[1], minus(times(b[2], c[0]), times(b[0], c[2])))
+    three = times(a[2], minus(times(b[0], c[1]), times(b[1], c[0])))
+    return plus(plus(one, two), three)
 
 
 @inner
@@ -122,8 +85,8 @@ def in_sphere(points: Floats, a: int, b: int, c: int, d: int, x: float, y: float
     tb = _lift(points[b, 0], points[b, 1], points[b, 2], x, y, z)
     tc = _lift(points[c, 0], points[c, 1], points[c, 2], x, y, z)
     td = _lift(points[d, 0], points[d, 1], points[d, 2], x, y, z)
-    whole = _minus(_times(ta[3], _det3(tb, tc, td)), _times(tb[3], _det3(tc, td, ta)))
-    whole = _plus(whole, _minus(_times(tc[3], _det3(td, ta, tb)), _times(td[3], _det3(ta, tb, tc))))
+    whole = minus(times(ta[3], _det3(tb, tc, td)), times(tb[3], _det3(tc, td, ta)))
+    whole = plus(whole, minus(times(tc[3], _det3(td, ta, tb)), times(td[3], _det3(ta, tb, tc))))
     if whole[0] > _PAIR_FILTER * size:
         return 1
     return -1 if whole[0] < -_PAIR_FILTER * size else 0
@@ -277,11 +240,16 @@ def insert_delaunay(mesh: Mesh, options: Options) -> Outcome:
     """Put points at the circumcentres of chosen tets, by Delaunay cavities, until none is left that can be cut.
 
     A tet is cut whose circumradius is over twice its shortest edge or, with `max_edge`, that has a longer edge; not
-    where its circumcentre lies beyond a wall or within half its shortest edge of another point.
+    where its circumcentre lies beyond a wall or within half its shortest edge of another point. Triangles of flat
+    meshes: see `refine_triangles`.
     """
     linear_only(mesh)
+    if {block.type for block in mesh.blocks} == {"tri"}:
+        return refine_triangles(mesh, options, _MOST_ROUNDS)
     if {block.type for block in mesh.blocks} != {"tet"}:
-        raise MeshError("only a mesh of tets alone can be refined by Delaunay insertion; split-to-tets makes one")
+        raise MeshError(
+            "only a mesh of tets, or of triangles, alone can be refined by Delaunay insertion; split-to-tets makes one"
+        )
     longest = math.inf if options.max_edge is None else options.max_edge
     current, cells_from, made = mesh, np.arange(mesh.n_cells), 0
     chosen = chosen_cells(mesh, options)

@@ -18,7 +18,7 @@ _WHOLE = np.array([[0, 1, 2]])
 
 
 def listed_anew(mesh: Mesh) -> Mesh:
-    """The mesh with its listed triangles where the boundary's triangles are now, in the same zones, by the same numbers.
+    """The mesh with its listed triangles where the boundary's triangles are now: of the same zones and numbers.
 
     A turned edge leaves two elements without a face and two faces without an element, in one plane and one zone. Each
     face takes the place of an element of the zones of the one that it lies on. MeshError where they do not match up.

@@ -133,16 +133,16 @@ def components(n: int, first: Ints, second: Ints, alike: Ints) -> tuple[Ints, In
 
 
 @inner
-def _root(above: Ints, turned: Ints, c: int) -> tuple[int, int]:
+def _root(above: Ints, turned: Ints, c: int) -> tuple[int, np.uint8]:
     """(first one joined to c, whether c is turned against it); what lies on the way is hung straight under it."""
-    root, sum_ = c, np.uint8(0)
+    root, way = c, np.uint8(0)
     while above[root] != root:
-        sum_ ^= turned[root]
+        way ^= turned[root]
         root = above[root]
-    whole = sum_
+    whole = way
     while above[c] != root and c != root:
         up, own = above[c], turned[c]
-        above[c], turned[c] = root, sum_
-        sum_ ^= own
+        above[c], turned[c] = root, way
+        way ^= own
         c = up
     return root, whole

@@ -95,7 +95,7 @@ PASSES = {
         ),
         Pass(
             "insert-delaunay",
-            "put points at circumcentres of poor tets, or of those over --max-edge, by Delaunay cavities",
+            "put points at circumcentres of poor or long tets and flat triangles, by Delaunay cavities",
             insert_delaunay,
             nothing_worse="nowhere",
             explicit=True,

@@ -1,8 +1,8 @@
 """Swaps of a tet mesh: removal of faces (2-3 and larger ones) and of edges (3-2, 4-4 and every larger ring).
 
-An edge with a closed ring of m tets is replaced by the best triangulation of the ring, see `tet_rings`. The faces that lie between two points are replaced by the edge
-between these, which is the inverse. A swap is made where it lowers the cost summed over the tets it touches and does
-not lower their smallest fitness, or where it raises the smallest fitness.
+An edge with a closed ring of m tets is replaced by the best triangulation of the ring, see `tet_rings`. The faces that
+lie between two points are replaced by the edge between these, which is the inverse. A swap is made where it lowers the
+cost summed over the tets it touches and does not lower their smallest fitness, or where it raises the smallest fitness.
 
 The rows of the tables are dealt out to parts, which are swept at the same time. A sweep reads and writes the rows of
 its own part alone: what it would need of another one makes it leave the tet for later. So parts need no locks, and the

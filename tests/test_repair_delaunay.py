@@ -11,9 +11,12 @@ from test_repair_refine import assert_cut
 
 from meshwright.audit import measure
 from meshwright.audit.findings import run_checks
+from meshwright.audit.mesh import CellBlock, Mesh, Zone
+from meshwright.audit.predicates import in_circle as exact_circle
 from meshwright.audit.predicates import in_sphere as exact
 from meshwright.repair import repair
 from meshwright.repair.delaunay import in_sphere
+from meshwright.repair.tri_delaunay import in_circle
 
 
 @njit(error_model="numpy")
@@ -46,6 +49,25 @@ def test_corners_of_a_cube_lie_on_one_sphere():
         assert sign(four, *p) == 0
     assert sign(four, 0.5, 0.5, 0.5) == 1
     assert sign(four, 2.0, 0.5, 0.5) == -1
+
+
+@njit(error_model="numpy")
+def sign_of_circle(points, x, y):
+    return in_circle(points, 0, 1, 2, x, y)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0, 1e-16, 1e-15, 1e-12, 1e-3, 1.0]))
+def test_in_circle_agrees_with_exact_rationals_up_to_what_106_bits_leave_open(seed, off):
+    r = np.random.default_rng(seed)
+    angles = np.r_[np.sort(r.uniform(0, 2 * np.pi, 3)), r.uniform(0, 2 * np.pi)]
+    four = r.choice([0.0, 1.0, 1e3]) + np.stack([np.cos(angles), np.sin(angles), np.zeros(4)], axis=1)
+    four[3, :2] += off * r.normal(size=2)
+    u, v = four[1, :2] - four[0, :2], four[2, :2] - four[0, :2]
+    if u[0] * v[1] - u[1] * v[0] <= 1e-9:
+        return
+    truth = exact_circle(*four)
+    assert sign_of_circle(four, *four[3, :2]) == (truth > 0) - (truth < 0)
 
 
 def violations(mesh):
@@ -82,6 +104,79 @@ def test_tets_that_are_left_are_no_longer_than_twice_their_shortest_edge_allows_
     assert np.mean(skew[1]) < np.mean(skew[0])
     assert (volume6(x, tets) > 0).all()
     assert np.array_equal(x[: len(mesh.points)], mesh.points), "points that are there stay"
+
+
+def plate(seed=3, n=200, hand=1):
+    """A Delaunay mesh of a square of random points, close together at one corner; hand -1: turned over."""
+    r = np.random.default_rng(seed)
+    side = np.linspace(0.0, 1.0, 13)[:-1]
+    rim = np.concatenate([np.c_[side, 0 * side], np.c_[1 + 0 * side, side], np.c_[1 - side, 1 + 0 * side],
+                          np.c_[0 * side, 1 - side]])  # fmt: skip
+    points = np.vstack([rim, 0.03 + 0.94 * r.random((n, 2)) ** 1.5])
+    tris = Delaunay(points).simplices
+    a, b, c = points[tris].transpose(1, 0, 2)
+    size = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    wrong = size * hand < 0
+    tris[wrong] = tris[wrong][:, [0, 2, 1]]
+    return solid(np.c_[points, 0 * points[:, 0]], tri=tris[np.abs(size) > 1e-12])
+
+
+def circumcentre(a, b, c):
+    return a + np.linalg.solve(2.0 * np.array([b - a, c - a]), [(b - a) @ (b - a), (c - a) @ (c - a)])
+
+
+def areas(mesh, rows=slice(None)):
+    x = mesh.points[mesh.block("tri").nodes[rows]]
+    return 0.5 * np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])[:, 2]
+
+
+def angles(mesh):
+    return measure(mesh, ["angle.min"]).values["angle.min"]["tri"]
+
+
+@pytest.mark.parametrize("hand", [1, -1])
+def test_flat_triangles_stay_delaunay_and_lose_their_small_angles(hand):
+    mesh = plate(hand=hand)
+    done = repair(mesh, "insert-delaunay")
+    assert done.steps[0].state == "kept", done.refused
+    assert violations(mesh) == violations(done.after) == 0
+    assert (hand * areas(done.after) > 0).all()
+    assert np.isclose(areas(done.after).sum(), hand, rtol=1e-12)
+    assert np.array_equal(done.after.points[: len(mesh.points)], mesh.points)
+    rim = done.after.points[np.c_[np.arange(48), (np.arange(48) + 1) % 48], :2]
+    for t in np.flatnonzero(angles(done.after) < 20.7):
+        c = circumcentre(*done.after.points[done.after.block("tri").nodes[t], :2])
+        to = rim - c
+        over = (to[:, 0] * to[:, 1]).sum(axis=1) < 0.0
+        assert over.any() or (c < 0.0).any() or (c > 1.0).any(), "the boundary is in its way"
+    assert (angles(mesh) < 20.7).mean() > 0.15
+    assert (angles(done.after) < 20.7).mean() < 0.05
+    assert not repair(done.after, "insert-delaunay").changed
+
+
+def test_no_circle_reaches_over_a_border_between_zones_of_triangles():
+    mesh = plate()
+    middle = mesh.points[mesh.block("tri").nodes].mean(axis=1)[:, 0] < 0.5
+    zones = tuple(
+        Zone(n, "part", "solid", "cell", np.flatnonzero(m)) for n, m in (("left", middle), ("right", ~middle))
+    )
+    mesh = Mesh(mesh.points, (CellBlock("tri", np.arange(mesh.n_cells), mesh.block("tri").nodes),), zones=zones,
+                dimension=2)  # fmt: skip
+    done = repair(mesh, "insert-delaunay", refine=("left",))
+    assert len(done.after.zones[0].members) > 1.1 * len(zones[0].members)
+    assert len(done.after.zones[1].members) == len(zones[1].members)
+    for old, new in zip(mesh.zones, done.after.zones, strict=True):
+        assert np.isclose(areas(mesh, old.members).sum(), areas(done.after, new.members).sum(), rtol=1e-12)
+
+
+def test_triangles_are_cut_down_to_max_edge_and_those_of_surfaces_are_refused():
+    mesh = plate(n=40)
+    done = repair(mesh, "insert-delaunay", max_edge=0.1)
+    lengths = [np.linalg.norm(m.points[m.block("tri").nodes] - m.points[m.block("tri").nodes[:, [1, 2, 0]]], axis=2)
+               for m in (mesh, done.after)]  # fmt: skip
+    assert np.mean(lengths[1] > 0.1) < 0.3 * np.mean(lengths[0] > 0.1)
+    dome = Mesh(mesh.points + np.sin(3 * mesh.points[:, :1]) * [0, 0, 1], mesh.blocks, dimension=3)
+    assert "surface in space" in repair(dome, "insert-delaunay").refused[0]
 
 
 def test_max_edge_is_a_size():

@@ -12,11 +12,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from meshwright.audit.doubles import Pair, minus, plus, times, two_sum
 from meshwright.audit.errors import MeshError
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.carrying import with_cells, with_more_points
-from meshwright.repair.doubles import Pair, minus, plus, times, two_sum
 from meshwright.repair.held import held_points, zone_walls
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.refine import chosen_cells

@@ -14,8 +14,8 @@ import numpy as np
 
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.repair.tet_rings import LARGEST_RING, allowed, build, least_cost, most_fit, sum_of
-from meshwright.repair.tet_swaps import hurts, outward, rate_again, row_cost
+from meshwright.repair.tet_rings import LARGEST_RING, without_edge
+from meshwright.repair.tet_swaps import outward, rate_again
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["flip"]
@@ -100,22 +100,26 @@ def flip(
                 # with one tet the edge is a flat one's, which swaps of edges inside mend
                 if m < 3 or not _in_plane(points, a, b, c, ring[m - 1]):
                     continue
-                old_fit, old_cost = np.inf, 0.0
-                for i in range(m - 1):
-                    old_fit = min(old_fit, fit[old[i]])
-                    old_cost += row_cost(points, tets, old[i])
-                if by_fitness:
-                    if not most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
-                        continue
-                else:
-                    most = old_cost * (1.0 + give)
-                    if 2.0 * (m - 2) >= most or not least_cost(points, a, b, ring, m, most, table, pick) < most:
-                        continue
-                n = build(a, b, ring, m, pick, new, stack)
-                total, low_fit = sum_of(points, new, n)
-                if not allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
-                    continue
-                if hurts(points, new, n, least, low_fit):
+                n = without_edge(
+                    points,
+                    tets,
+                    fit,
+                    a,
+                    b,
+                    ring,
+                    m,
+                    old,
+                    m - 1,
+                    least,
+                    by_fitness,
+                    floor,
+                    give,
+                    table,
+                    pick,
+                    new,
+                    stack,
+                )
+                if not n:
                     continue
                 if replace_cavity(tets, across, old, m - 1, new, n, free, rim, origin):
                     rate_again(points, fit, old, m - 1, new, n)

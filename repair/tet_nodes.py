@@ -15,9 +15,10 @@ from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
 from meshwright.repair.tet_climb import climb
+from meshwright.repair.tet_rings import hurts
 from meshwright.repair.tet_shape import both
 from meshwright.repair.tet_stars import LARGEST_STAR, fit_at
-from meshwright.repair.tet_swaps import hurts, outward, rate_again
+from meshwright.repair.tet_swaps import outward, rate_again
 from meshwright.repair.tet_topology import replace_cavity
 
 __all__ = ["contract", "insert"]

@@ -10,9 +10,9 @@ import numpy as np
 
 from meshwright.audit.jit import inner
 from meshwright.audit.mesh import Floats, Ints
-from meshwright.repair.tet_shape import both, cost_of
+from meshwright.repair.tet_shape import both, cost_of, quality_floor, quality_of
 
-__all__ = ["LARGEST_RING", "allowed", "build", "least_cost", "most_fit", "sum_of"]
+__all__ = ["LARGEST_RING", "allowed", "hurts", "row_cost", "sum_of", "without_edge"]
 
 LARGEST_RING = 12
 _LEAST = 1e-6
@@ -20,7 +20,7 @@ _LEAST = 1e-6
 
 
 @inner
-def least_cost(
+def _least_cost(
     points: Floats, a: int, b: int, ring: Ints, m: int, most: float, value: Floats, pick: Ints
 ) -> float:  # fmt: skip
     """Cost of the cheapest triangulation of the ring, inf where none is under `most`; `pick` says which it is.
@@ -51,7 +51,7 @@ def least_cost(
 
 
 @inner
-def most_fit(
+def _most_fit(
     points: Floats, a: int, b: int, ring: Ints, m: int, least: float, low: Floats, pick: Ints
 ) -> float:  # fmt: skip
     """The largest smallest fitness of a triangulation of the ring, under 0 where none is over `least`; `pick` says
@@ -81,7 +81,7 @@ def most_fit(
 
 
 @inner
-def build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Ints) -> int:
+def _build(a: int, b: int, ring: Ints, m: int, pick: Ints, new: Ints, stack: Ints) -> int:
     """Write the tets of the picked triangulation into `new`; their number."""
     n = 0
     top = 1
@@ -122,3 +122,49 @@ def allowed(
     if by_fitness:
         return fit > old_fit * (1.0 + _LEAST) + 1e-12
     return total < old_cost * (1.0 + give) and fit >= min(old_fit, floor)
+
+
+@inner
+def row_cost(points: Floats, tets: Ints, t: int) -> float:
+    """Cost of tet t."""
+    return cost_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
+
+
+@inner
+def hurts(points: Floats, new: Ints, n: int, least: Floats, fit: float) -> bool:
+    """Whether one of these tets is worse than a point of it may have. fit: none has a fitness under that."""
+    sure = quality_floor(fit)
+    for i in range(n):
+        a, b, c, d = new[i, 0], new[i, 1], new[i, 2], new[i, 3]
+        bound = max(least[a], least[b], least[c], least[d])
+        if sure < bound and quality_of(points, a, b, c, d) < bound:
+            return True
+    return False
+
+
+@inner
+def without_edge(
+    points: Floats, tets: Ints, fit: Floats, a: int, b: int, ring: Ints, m: int, old: Ints, n_old: int,
+    least: Floats, by_fitness: bool, floor: float, give: float, table: Floats, pick: Ints, new: Ints, stack: Ints,
+) -> int:  # fmt: skip
+    """Write the tets that are best to take the place of old[:n_old], those around the edge a-b, into `new`.
+
+    ring[:m]: the points around the edge. Returns their number; 0 where none are an improvement that hurts nothing. The
+    rest as of `tet_swaps.swap`; table, pick, stack: scratch.
+    """
+    old_fit, old_cost = np.inf, 0.0
+    for i in range(n_old):
+        old_fit = min(old_fit, fit[old[i]])
+        old_cost += row_cost(points, tets, old[i])
+    if by_fitness:
+        if not _most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
+            return 0
+    else:
+        most = old_cost * (1.0 + give)
+        if 2.0 * (m - 2) >= most or not _least_cost(points, a, b, ring, m, most, table, pick) < most:
+            return 0
+    n = _build(a, b, ring, m, pick, new, stack)
+    total, low_fit = sum_of(points, new, n)
+    if not allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
+        return 0
+    return 0 if hurts(points, new, n, least, low_fit) else n

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.held import Mask
-from meshwright.repair.tet_rings import LARGEST_RING, allowed, build, least_cost, most_fit, sum_of
-from meshwright.repair.tet_shape import both, cost_of, quality_floor, quality_of
+from meshwright.repair.tet_rings import LARGEST_RING, allowed, hurts, row_cost, without_edge
+from meshwright.repair.tet_shape import both, cost_of
 from meshwright.repair.tet_topology import replace_cavity
 
-__all__ = ["hurts", "outward", "rate_again", "swap"]
+__all__ = ["outward", "rate_again", "swap"]
 
 Parts = NDArray[np.uint8]
 
@@ -243,22 +243,10 @@ def swap(
             if m < 3:
                 late[t] |= m == _OUTSIDE
                 continue
-            old_fit, old_cost = np.inf, 0.0
-            for i in range(m):
-                old_fit = min(old_fit, fit[old[i]])
-                old_cost += row_cost(points, tets, old[i])
-            if by_fitness:
-                if not most_fit(points, a, b, ring, m, old_fit, table, pick) > old_fit:
-                    continue
-            else:
-                most = old_cost * (1.0 + give)
-                if 2.0 * (m - 2) >= most or not least_cost(points, a, b, ring, m, most, table, pick) < most:
-                    continue
-            n = build(a, b, ring, m, pick, new, stack)
-            total, low_fit = sum_of(points, new, n)
-            if not allowed(old_fit, old_cost, low_fit, total, by_fitness, floor, give):
-                continue
-            if hurts(points, new, n, least, low_fit):
+            n = without_edge(
+                points, tets, fit, a, b, ring, m, old, m, least, by_fitness, floor, give, table, pick, new, stack
+            )
+            if not n:
                 continue
             if not _within(across, old, m, part_of, part):
                 late[t] = True
@@ -300,30 +288,12 @@ def swap(
 
 
 @inner
-def row_cost(points: Floats, tets: Ints, t: int) -> float:
-    """Cost of tet t."""
-    return cost_of(points, tets[t, 0], tets[t, 1], tets[t, 2], tets[t, 3])
-
-
-@inner
 def rate_again(points: Floats, fit: Floats, old: Ints, m: int, new: Ints, n: int) -> None:
     """Fitness of the rows `old`, of m tets that gave way to the n of `new`; see `replace_cavity`."""
     for i in range(n):
         fit[old[i]] = both(points, new[i, 0], new[i, 1], new[i, 2], new[i, 3])[0]
     for i in range(n, m):
         fit[old[i]] = np.inf
-
-
-@inner
-def hurts(points: Floats, new: Ints, n: int, least: Floats, fit: float) -> bool:
-    """Whether one of these tets is worse than a point of it may have. fit: none has a fitness under that."""
-    sure = quality_floor(fit)
-    for i in range(n):
-        a, b, c, d = new[i, 0], new[i, 1], new[i, 2], new[i, 3]
-        bound = max(least[a], least[b], least[c], least[d])
-        if sure < bound and quality_of(points, a, b, c, d) < bound:
-            return True
-    return False
 
 
 @inner

@@ -1,10 +1,9 @@
 """Volumes and areas of cells in doubled precision: the second opinion where plain floats cannot tell the sign.
 
-A number is a pair (high, low) of floats whose exact sum it is, good for about 106 bits (Dekker 1971; Knuth's
-two-sum; the algorithms are those of Hida, Li and Bailey's QD library report, 2000). The differences between
-nodes are exact in it, whatever their distance from the origin, and coordinates are brought to the size of 1 by an
-exact power of two. What is left is an error near 1e-29 of the cell's extent cubed, fifteen orders of magnitude
-below the size under which a cell counts as flat, so that the sign of every cell that is not flat is certain.
+A number is a pair of floats, good for about 106 bits; see `doubles`. The differences between nodes are exact in it,
+whatever their distance from the origin, and coordinates are brought to the size of 1 by an exact power of two. What is
+left is an error near 1e-29 of the cell's extent cubed, fifteen orders of magnitude below the size under which a cell
+counts as flat, so that the sign of every cell that is not flat is certain.
 """
 
 from __future__ import annotations
@@ -14,66 +13,23 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from meshwright.audit.doubles import Pair, minus, plus, times, two_product, two_sum
 from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import Ints
 
 __all__ = ["relative_area_of_ring", "relative_volume_of_rings"]
 
-Pair = tuple[float, float]
-
-_SPLIT = 134217729.0  # 2**27 + 1
-
-
-@kernel
-def _two_sum(a: float, b: float) -> Pair:
-    s = a + b
-    t = s - a
-    return s, (a - (s - t)) + (b - t)
-
-
-@kernel
-def _two_product(a: float, b: float) -> Pair:
-    p = a * b
-    t = _SPLIT * a
-    ah = t - (t - a)
-    al = a - ah
-    t = _SPLIT * b
-    bh = t - (t - b)
-    bl = b - bh
-    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
-
-
-@kernel
-def _plus(a: Pair, b: Pair) -> Pair:
-    s, e = _two_sum(a[0], b[0])
-    t, f = _two_sum(a[1], b[1])
-    e += t
-    u = s + e
-    e -= u - s
-    e += f
-    v = u + e
-    return v, e - (v - u)
-
-
-@kernel
-def _times(a: Pair, b: Pair) -> Pair:
-    p, e = _two_product(a[0], b[0])
-    e += a[0] * b[1] + a[1] * b[0]
-    s = p + e
-    return s, e - (s - p)
-
 
 @kernel
 def _cross_part(a: Pair, b: Pair, c: Pair, d: Pair) -> Pair:
     """a d - b c."""
-    p = _times(b, c)
-    return _plus(_times(a, d), (-p[0], -p[1]))
+    return minus(times(a, d), times(b, c))
 
 
 @kernel
 def _offset(points: NDArray[np.float64], p: int, o: int, axis: int, exponent: int) -> Pair:
     """Coordinate `axis` of point p relative to point o, divided by 2**exponent; halves cannot overflow."""
-    s, e = _two_sum(0.5 * points[p, axis], -0.5 * points[o, axis])
+    s, e = two_sum(0.5 * points[p, axis], -0.5 * points[o, axis])
     half = exponent // 2  # two steps, since 2**-exponent itself may overflow
     return math.ldexp(math.ldexp(s, -half), half - exponent), math.ldexp(math.ldexp(e, -half), half - exponent)
 
@@ -97,9 +53,9 @@ def _ring_flux(points: NDArray[np.float64], ring: Ints, origin: int, exponent: i
     n = ring.size
     sx = sy = sz = (0.0, 0.0)
     for i in range(n):
-        sx = _plus(sx, _offset(points, ring[i], origin, 0, exponent))
-        sy = _plus(sy, _offset(points, ring[i], origin, 1, exponent))
-        sz = _plus(sz, _offset(points, ring[i], origin, 2, exponent))
+        sx = plus(sx, _offset(points, ring[i], origin, 0, exponent))
+        sy = plus(sy, _offset(points, ring[i], origin, 1, exponent))
+        sz = plus(sz, _offset(points, ring[i], origin, 2, exponent))
     total = (0.0, 0.0)
     p = ring[n - 1]
     for i in range(n):
@@ -107,13 +63,13 @@ def _ring_flux(points: NDArray[np.float64], ring: Ints, origin: int, exponent: i
         px, qx = _offset(points, p, origin, 0, exponent), _offset(points, q, origin, 0, exponent)
         py, qy = _offset(points, p, origin, 1, exponent), _offset(points, q, origin, 1, exponent)
         pz, qz = _offset(points, p, origin, 2, exponent), _offset(points, q, origin, 2, exponent)
-        total = _plus(total, _times(_cross_part(py, pz, qy, qz), sx))
-        total = _plus(total, _times(_cross_part(pz, px, qz, qx), sy))
-        total = _plus(total, _times(_cross_part(px, py, qx, qy), sz))
+        total = plus(total, times(_cross_part(py, pz, qy, qz), sx))
+        total = plus(total, times(_cross_part(pz, px, qz, qx), sy))
+        total = plus(total, times(_cross_part(px, py, qx, qy), sz))
         p = q
     quotient = total[0] / n
-    back = _two_product(quotient, float(n))
-    return _two_sum(quotient, ((total[0] - back[0]) - back[1] + total[1]) / n)
+    back = two_product(quotient, float(n))
+    return two_sum(quotient, ((total[0] - back[0]) - back[1] + total[1]) / n)
 
 
 @kernel
@@ -141,7 +97,7 @@ def relative_area_of_ring(points: NDArray[np.float64], ring: Ints) -> float:
     for q in ring:
         px, qx = _offset(points, p, ring[0], 0, exponent), _offset(points, q, ring[0], 0, exponent)
         py, qy = _offset(points, p, ring[0], 1, exponent), _offset(points, q, ring[0], 1, exponent)
-        total = _plus(total, _cross_part(px, py, qx, qy))
+        total = plus(total, _cross_part(px, py, qx, qy))
         p = q
     return total[0] / (2.0 * _longest_edge(points, ring, exponent))
 
@@ -161,6 +117,6 @@ def relative_volume_of_rings(points: NDArray[np.float64], offsets: Ints, rings: 
     for f in range(outward.size):
         ring = rings[offsets[f] : offsets[f + 1]]
         flux = _ring_flux(points, ring, rings[0], exponent)
-        total = _plus(total, (outward[f] * flux[0], outward[f] * flux[1]))
+        total = plus(total, (outward[f] * flux[0], outward[f] * flux[1]))
         longest = max(longest, _longest_edge(points, ring, exponent))
     return total[0] / (6.0 * longest * math.sqrt(longest))

@@ -14,6 +14,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.jit import inner
 from meshwright.audit.mesh import Floats, Ints
 from meshwright.repair.tet_shape import quality_of
+from meshwright.repair.vectors import Vector, between, cross, dot
 
 __all__ = ["KINDS", "quality_at", "size_of"]
 
@@ -48,33 +49,17 @@ _SIMPLICES = _table(
 
 
 @inner
-def _cross(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple[float, float, float]:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-@inner
-def _dot(u: tuple[float, float, float], v: tuple[float, float, float]) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@inner
-def _from(points: Floats, a: int, b: int) -> tuple[float, float, float]:
-    """The edge from point a to point b."""
-    return points[b, 0] - points[a, 0], points[b, 1] - points[a, 1], points[b, 2] - points[a, 2]
-
-
-@inner
-def _length(u: tuple[float, float, float]) -> float:
+def _length(u: Vector) -> float:
     return math.sqrt(u[0] * u[0] + u[1] * u[1] + u[2] * u[2])
 
 
 @inner
-def _plus(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple[float, float, float]:
+def _plus(u: Vector, v: Vector) -> Vector:
     return u[0] + v[0], u[1] + v[1], u[2] + v[2]
 
 
 @inner
-def _square(u: tuple[float, float, float]) -> float:
+def _square(u: Vector) -> float:
     return u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
 
 
@@ -88,14 +73,14 @@ def _angles_of_face(points: Floats, cells: Ints, c: int, kind: int, f: int, n: i
     if n == 4:
         p, q = cells[c, _FACES[kind, f, 0]], cells[c, _FACES[kind, f, 1]]
         r, s = cells[c, _FACES[kind, f, 2]], cells[c, _FACES[kind, f, 3]]
-        mean = _cross(_from(points, p, r), _from(points, q, s))
+        mean = cross(between(points, p, r), between(points, q, s))
     high, low = -np.inf, np.inf
     for k in range(n):
         o = cells[c, _FACES[kind, f, k]]
-        u = _from(points, o, cells[c, _FACES[kind, f, k + 1 if k + 1 < n else 0]])
-        v = _from(points, o, cells[c, _FACES[kind, f, k - 1 if k > 0 else n - 1]])
-        w, along = _cross(u, v), _dot(u, v)
-        if n == 4 and _dot(w, mean) < 0.0:
+        u = between(points, o, cells[c, _FACES[kind, f, k + 1 if k + 1 < n else 0]])
+        v = between(points, o, cells[c, _FACES[kind, f, k - 1 if k > 0 else n - 1]])
+        w, along = cross(u, v), dot(u, v)
+        if n == 4 and dot(w, mean) < 0.0:
             return np.inf, -np.inf
         cotangent = along * abs(along) / _square(w)
         if not abs(cotangent) >= 0.0:
@@ -132,9 +117,9 @@ def _angles(points: Floats, cells: Ints, c: int, kind: int) -> float:
 
 
 @inner
-def _scaled(u: tuple[float, float, float], v: tuple[float, float, float], w: tuple[float, float, float]) -> float:
+def _scaled(u: Vector, v: Vector, w: Vector) -> float:
     """Determinant of three edges over the product of their lengths, squared with its sign."""
-    product, det = _square(u) * _square(v) * _square(w), _dot(u, _cross(v, w))
+    product, det = _square(u) * _square(v) * _square(w), dot(u, cross(v, w))
     return det * abs(det) / product if product > 0.0 else 0.0
 
 
@@ -143,15 +128,15 @@ def _hex_jacobian(points: Floats, cells: Ints, c: int) -> float:
     low = 1.0
     for t in range(8):
         o = cells[c, _TRIADS[t, 0]]
-        u = _from(points, o, cells[c, _TRIADS[t, 1]])
-        v = _from(points, o, cells[c, _TRIADS[t, 2]])
-        w = _from(points, o, cells[c, _TRIADS[t, 3]])
+        u = between(points, o, cells[c, _TRIADS[t, 1]])
+        v = between(points, o, cells[c, _TRIADS[t, 2]])
+        w = between(points, o, cells[c, _TRIADS[t, 3]])
         low = min(low, _scaled(u, v, w))
     # the axes through the middles of opposite faces
-    a = _from(points, cells[c, 0], cells[c, 6])
-    b = _from(points, cells[c, 1], cells[c, 7])
-    d = _from(points, cells[c, 2], cells[c, 4])
-    e = _from(points, cells[c, 3], cells[c, 5])
+    a = between(points, cells[c, 0], cells[c, 6])
+    b = between(points, cells[c, 1], cells[c, 7])
+    d = between(points, cells[c, 2], cells[c, 4])
+    e = between(points, cells[c, 3], cells[c, 5])
     u = (a[0] - b[0] - d[0] + e[0], a[1] - b[1] - d[1] + e[1], a[2] - b[2] - d[2] + e[2])
     v = (a[0] + b[0] - d[0] - e[0], a[1] + b[1] - d[1] - e[1], a[2] + b[2] - d[2] - e[2])
     w = (a[0] + b[0] + d[0] + e[0], a[1] + b[1] + d[1] + e[1], a[2] + b[2] + d[2] + e[2])
@@ -166,17 +151,17 @@ def _pyramid_jacobian(points: Floats, cells: Ints, c: int) -> float:
     t = cells[c, 4]
     for k in range(4):
         o, a, b = cells[c, k], cells[c, (k + 1) % 4], cells[c, (k + 3) % 4]
-        u, v, w = _from(points, o, a), _from(points, o, b), _from(points, o, t)
+        u, v, w = between(points, o, a), between(points, o, b), between(points, o, t)
         ka, kb, kt = _length(u), _length(v), _length(w)
-        ab, at, bt = _length(_from(points, a, b)), _length(_from(points, a, t)), _length(_from(points, b, t))
+        ab, at, bt = _length(between(points, a, b)), _length(between(points, a, t)), _length(between(points, b, t))
         most = max(ka * kb * kt, ka * ab * at, kb * ab * bt, kt * at * bt)
-        low = min(low, 2.0 * _dot(u, _cross(v, w)) / most if most > 0.0 else 0.0)
+        low = min(low, 2.0 * dot(u, cross(v, w)) / most if most > 0.0 else 0.0)
     size = abs(low)
     return math.copysign(2.0 - size if size > 1.0 else size, low)
 
 
 @inner
-def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[float, float, float]) -> float:
+def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: Vector) -> float:
     """Quality of cell c of the table of point rows (m, 8): see `quality.Standing`.
 
     kind: its number in `KINDS`. normal: of the surroundings, for flat cells; one that looks the other way is below -1.
@@ -188,16 +173,16 @@ def quality_at(points: Floats, cells: Ints, c: int, kind: int, normal: tuple[flo
         return min(low, _hex_jacobian(points, cells, c))
     if kind == _PYRAMID:
         return min(low, _pyramid_jacobian(points, cells, c))
-    own = _cross(_from(points, cells[c, 0], cells[c, 1]), _from(points, cells[c, 0], cells[c, 2]))
+    own = cross(between(points, cells[c, 0], cells[c, 1]), between(points, cells[c, 0], cells[c, 2]))
     if kind == _QUAD:
-        own = _cross(_from(points, cells[c, 0], cells[c, 2]), _from(points, cells[c, 1], cells[c, 3]))
+        own = cross(between(points, cells[c, 0], cells[c, 2]), between(points, cells[c, 1], cells[c, 3]))
         size = _length(own)
         for k in range(4):
-            u = _from(points, cells[c, k], cells[c, (k + 1) % 4])
-            v = _from(points, cells[c, k], cells[c, (k + 3) % 4])
+            u = between(points, cells[c, k], cells[c, (k + 1) % 4])
+            v = between(points, cells[c, k], cells[c, (k + 3) % 4])
             product = _length(u) * _length(v) * size
-            low = min(low, _dot(_cross(u, v), own) / product if product > 0.0 else 0.0)
-    return low if _dot(own, normal) > 0.0 else -1.0 - abs(low)
+            low = min(low, dot(cross(u, v), own) / product if product > 0.0 else 0.0)
+    return low if dot(own, normal) > 0.0 else -1.0 - abs(low)
 
 
 @inner
@@ -209,10 +194,10 @@ def size_of(points: Floats, cells: Ints, c: int, kind: int) -> float:
         if _SIMPLICES[kind, s, 0] < 0:
             break
         o = cells[c, _SIMPLICES[kind, s, 0]]
-        u = _from(points, o, cells[c, _SIMPLICES[kind, s, 1]])
-        v = _from(points, o, cells[c, _SIMPLICES[kind, s, 2]])
+        u = between(points, o, cells[c, _SIMPLICES[kind, s, 1]])
+        v = between(points, o, cells[c, _SIMPLICES[kind, s, 2]])
         if kind <= _QUAD:
-            area = _plus(area, _cross(u, v))
+            area = _plus(area, cross(u, v))
         else:
-            total += _dot(u, _cross(v, _from(points, o, cells[c, _SIMPLICES[kind, s, 3]]))) / 6.0
+            total += dot(u, cross(v, between(points, o, cells[c, _SIMPLICES[kind, s, 3]]))) / 6.0
     return 0.5 * _length(area) if kind <= _QUAD else abs(total)

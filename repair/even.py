@@ -1,10 +1,11 @@
 """Even angles in structured blocks: interpolation from the sides, then as near to right angles as nothing gets worse.
 
 Transfinite interpolation gives a smooth grid whatever its angles are. From there the points move down the slope of the
-16-norm of the equiangle skews of all corners, which is smooth where the skew, the largest of them, has kinks. It trades
-the worst cell for the mean if it is let go on; so only the part of its way is taken over which the smallest and the
-mean scaled Jacobian and the worst and the mean skew all stay at least as good. The way is found by L-BFGS (D. C. Liu
-and J. Nocedal, On the limited memory BFGS method for large scale optimization, Math. Program. 45, 1989).
+16-norm of the equiangle skews of all corners, which is smooth where the skew, the largest of them, has kinks. Let go
+on, it trades the worst cells for the mean; so only the part of its way is taken over which neither mean falls, of the
+scaled Jacobian and of the skew, and no cell gets worse than the worst of those that share a point with it. The way is
+found by L-BFGS (D. C. Liu and J. Nocedal, On the limited memory BFGS method for large scale optimization, Math.
+Program. 45, 1989).
 """
 
 from __future__ import annotations
@@ -18,12 +19,15 @@ from meshwright.audit.mesh import Floats, Ints, Mesh
 from meshwright.repair.blocks import Closed, inside, on_grids
 from meshwright.repair.outcome import Options, Outcome
 from meshwright.repair.tfi import tfi_points
+from meshwright.repair.vectors import Vector, between, cross, dot
 
 __all__ = ["even", "even_points"]
 
 _STEPS = 10
+"""Steps of L-BFGS: the gain of the first ones is what the conditions leave room for."""
 _SHORTER = 12
 _SHORTENED = 0.75
+"""How often the way is made shorter, and by which factor: down to a thirtieth of it."""
 _NOISE = 1e-12
 
 
@@ -113,25 +117,10 @@ def _cells(number: Ints) -> Ints:
 
 
 @inner
-def _edge(x: Floats, a: int, b: int) -> tuple[float, float, float]:
-    return x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
-
-
-@inner
-def _dot(u: tuple[float, float, float], v: tuple[float, float, float]) -> float:
-    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-
-
-@inner
-def _cross(u: tuple[float, float, float], v: tuple[float, float, float]) -> tuple[float, float, float]:
-    return u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
-
-
-@inner
-def _skew(u: tuple[float, float, float], v: tuple[float, float, float]) -> float:
+def _skew(u: Vector, v: Vector) -> float:
     """How far the angle of two edges is from a right one, -1 to 1; positive where it is obtuse."""
-    w = _cross(u, v)
-    return math.atan2(-_dot(u, v), math.sqrt(_dot(w, w))) * (2.0 / math.pi)
+    w = cross(u, v)
+    return math.atan2(-dot(u, v), math.sqrt(dot(w, w))) * (2.0 / math.pi)
 
 
 @inner
@@ -155,13 +144,13 @@ def _measures(x: Floats, cells: Ints, hand: float) -> Floats:
         for b in range(width):
             o = cells[c, b]
             sign = -hand if (b ^ b >> 1 ^ b >> 2) & 1 else hand
-            u, v = _edge(x, o, cells[c, b ^ 1]), _edge(x, o, cells[c, b ^ 2])
-            across = _cross(u, v)
-            square, det = _dot(u, u) * _dot(v, v), across[2]
+            u, v = between(x, o, cells[c, b ^ 1]), between(x, o, cells[c, b ^ 2])
+            across = cross(u, v)
+            square, det = dot(u, u) * dot(v, v), across[2]
             skew = max(skew, abs(_skew(u, v)))
             if width == 8:
-                w = _edge(x, o, cells[c, b ^ 4])
-                square, det = square * _dot(w, w), _dot(across, w)
+                w = between(x, o, cells[c, b ^ 4])
+                square, det = square * dot(w, w), dot(across, w)
                 skew = max(skew, abs(_skew(u, w)), abs(_skew(v, w)))
             least = min(least, sign * det / math.sqrt(square) if square > 0.0 else 0.0)
         out[0, c], out[1, c] = least, 1.0 - skew
@@ -180,8 +169,8 @@ def _soft_skew(x: Floats, cells: Ints, slope: Floats) -> float:
         most = 1e-300
         for b in range(width):
             for k in range(ways):
-                u = _edge(x, cells[c, b], cells[c, b ^ (2 if k == 2 else 1)])
-                v = _edge(x, cells[c, b], cells[c, b ^ (2 if k == 0 else 4)])
+                u = between(x, cells[c, b], cells[c, b ^ (2 if k == 2 else 1)])
+                v = between(x, cells[c, b], cells[c, b ^ (2 if k == 0 else 4)])
                 skews[b * ways + k] = _skew(u, v)
                 most = max(most, abs(skews[b * ways + k]))
         powers = 0.0
@@ -197,13 +186,13 @@ def _soft_skew(x: Floats, cells: Ints, slope: Floats) -> float:
                 if abs(weight) < 1e-12:
                     continue
                 p, q = cells[c, b ^ (2 if k == 2 else 1)], cells[c, b ^ (2 if k == 0 else 4)]
-                u, v = _edge(x, o, p), _edge(x, o, q)
-                across, along = _cross(u, v), _dot(u, v)
-                sine = math.sqrt(_dot(across, across))
+                u, v = between(x, o, p), between(x, o, q)
+                across, along = cross(u, v), dot(u, v)
+                sine = math.sqrt(dot(across, across))
                 if not sine > 0.0:
                     continue
                 weight /= sine
-                by_u, by_v = along / _dot(u, u), along / _dot(v, v)
+                by_u, by_v = along / dot(u, u), along / dot(v, v)
                 for a in range(3):
                     du, dv = weight * (by_u * u[a] - v[a]), weight * (by_v * v[a] - u[a])
                     slope[p, a] += du

@@ -16,6 +16,7 @@ from meshwright.audit.jit import kernel
 from meshwright.audit.mesh import NO_CELL, Ints, Mesh
 from meshwright.repair.outcome import Options
 from meshwright.repair.sliding import sliding_points
+from meshwright.repair.zoning import zone_numbers
 
 __all__ = ["Hold", "border_faces", "edge_walls", "held_points", "holds", "sliding", "zone_walls"]
 
@@ -59,11 +60,7 @@ def _memberships(mesh: Mesh) -> Ints | None:
     """(n_cells,) a number for the zones that a cell is in, the same where they are the same; None where all are."""
     if not mesh.cell_zones:
         return None
-    out = np.zeros(mesh.n_cells, np.int32)
-    for zone in mesh.cell_zones:
-        inside = np.zeros(mesh.n_cells, np.int32)
-        inside[zone.members] = 1
-        out = np.unique(2 * out + inside, return_inverse=True)[1].astype(np.int32)
+    out = zone_numbers(mesh.cell_zones, mesh.n_cells)
     return out if out.any() else None
 
 

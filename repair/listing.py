@@ -5,14 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshwright.audit.connectivity import half_faces
 from meshwright.audit.errors import MeshError
-from meshwright.audit.mesh import NO_CELL, CellBlock, Ints, Mesh
+from meshwright.audit.mesh import NO_CELL, CellBlock, Floats, Ints, Mesh
 from meshwright.repair.bvh import Tree
 from meshwright.repair.pairing import WALL, pair_sides
+from meshwright.repair.zoning import zone_numbers
 
 __all__ = ["listed_anew"]
+
+Mask = NDArray[np.bool_]
 
 _WHOLE = np.array([[0, 1, 2]])
 
@@ -36,7 +40,7 @@ def listed_anew(mesh: Mesh) -> Mesh:
         return mesh
     lies_on, away = _nearest(mesh, block.nodes[gone], outer, ~_among(outer, block.nodes))
     faces = np.flatnonzero((lies_on >= 0) & (away <= 1e-9 * float(np.ptp(mesh.points, axis=0).max())))
-    zones = _zones(mesh, block.rows[gone])
+    zones = zone_numbers((z for z in mesh.zones if z.entity == "face"), mesh.n_boundary)[block.rows[gone]]
     # elements and faces by their zones: any order will do among those of the same
     old, new = np.argsort(zones, kind="stable"), faces[np.argsort(zones[lies_on[faces]], kind="stable")]
     if len(new) != len(gone) or not np.array_equal(zones[old], zones[lies_on[new]]):
@@ -48,30 +52,19 @@ def listed_anew(mesh: Mesh) -> Mesh:
     return replace(mesh, boundary=tuple(boundary))
 
 
-def _among(tris: Ints, others: Ints) -> np.ndarray:
+def _among(tris: Ints, others: Ints) -> Mask:
     """(k,) which of the triangles (k, 3) name the same points as one of the others."""
     both = np.concatenate([tris, others]).astype(np.int64)
     meets = pair_sides(both, _WHOLE, np.empty((0, 3), np.int64))[: len(tris), 0]
     return np.asarray(meets != WALL)
 
 
-def _nearest(mesh: Mesh, tris: Ints, outer: Ints, chosen: np.ndarray) -> tuple[Ints, np.ndarray]:
+def _nearest(mesh: Mesh, tris: Ints, outer: Ints, chosen: Mask) -> tuple[Ints, Floats]:
     """(which of `tris` the middle of each of the outer faces that are chosen lies on, how far from it); else -1."""
     lies_on, away = np.full(len(outer), -1, np.int64), np.full(len(outer), np.inf)
     rows = np.flatnonzero(chosen)
     away[rows], lies_on[rows] = Tree.of(mesh.points, tris).nearest(mesh.points[outer[rows]].mean(axis=1))
     return lies_on, away
-
-
-def _zones(mesh: Mesh, elements: Ints) -> Ints:
-    """(k,) a number for the zones that each boundary element is in, the same where they are the same."""
-    label = np.zeros(mesh.n_boundary, np.int64)
-    for zone in mesh.zones:
-        if zone.entity == "face":
-            inside = np.zeros(mesh.n_boundary, np.int64)
-            inside[zone.members] = 1
-            label = np.unique(2 * label + inside, return_inverse=True)[1]
-    return label[elements]
 
 
 def _as_before(mesh: Mesh, faces: Ints, elements: Ints) -> Ints:

@@ -132,7 +132,7 @@ PASSES = {
         ),
         Pass(
             "tfi-even",
-            "the same, then move the points towards right angles as far as no measure of the block falls",
+            "the same, then move the points towards right angles, as far as no mean and no worst cell loses",
             even,
             nothing_worse="in regions",
             explicit=True,

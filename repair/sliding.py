@@ -19,6 +19,7 @@ from meshwright.audit.cells import CELL_TYPES
 from meshwright.audit.connectivity import faces
 from meshwright.audit.jit import inner, kernel
 from meshwright.audit.mesh import NO_CELL, Floats, Ints, Mesh
+from meshwright.repair.zoning import zone_numbers
 
 __all__ = ["FIXED", "MODES", "PROJECT", "SLIDE", "Sheet", "closest_on", "normal_of", "settle", "sliding_points"]
 
@@ -119,20 +120,14 @@ def _joined(mesh: Mesh, mode: str) -> tuple[Ints, Ints, Ints]:
 
 
 def _zones_of(mesh: Mesh, nodes: Ints) -> Ints:
-    """(k,) a number for the zones that each boundary triangle belongs to: those of the element that lists it."""
+    """(k,) a number for the zones of the element that lists each boundary triangle, 0 where none does."""
     part = np.zeros(len(nodes), np.int64)
     listed = [b for b in mesh.boundary if CELL_TYPES[b.type].corners == "tri"]
     if not listed:
         return part
     elements = np.sort(np.concatenate([b.nodes[:, :3] for b in listed]).astype(np.int64), axis=1)
     element_rows = np.concatenate([b.rows for b in listed])
-    label = np.ones(mesh.n_boundary, np.int64)
-    for zone in mesh.zones:
-        if zone.entity == "face":
-            inside = np.zeros(mesh.n_boundary, np.int64)
-            inside[zone.members] = 1
-            _, label = np.unique(2 * label + inside, return_inverse=True)
-            label = label + 1
+    label = 1 + zone_numbers((zone for zone in mesh.zones if zone.entity == "face"), mesh.n_boundary)
     every = np.concatenate([elements, np.sort(nodes, axis=1)])
     _, name = np.unique(every, axis=0, return_inverse=True)
     name = name.ravel()

@@ -97,7 +97,7 @@ def flip(
                 if seat[a] < 0 and seat[b] < 0:
                     continue
                 m = _open_ring(tets, across, t, f, a, b, c, ring, old)
-                # with one tet the edge is a flat one's, which swaps of edges inside mend
+                # a tet alone at an edge of a flat part has no volume: there is nothing to halve
                 if m < 3 or not _in_plane(points, a, b, c, ring[m - 1]):
                     continue
                 n = without_edge(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numba import njit
 from repair_meshes import box, in_two_zones, random_tets, solid, volume6
@@ -64,8 +64,7 @@ def test_in_circle_agrees_with_exact_rationals_up_to_what_106_bits_leave_open(se
     four = r.choice([0.0, 1.0, 1e3]) + np.stack([np.cos(angles), np.sin(angles), np.zeros(4)], axis=1)
     four[3, :2] += off * r.normal(size=2)
     u, v = four[1, :2] - four[0, :2], four[2, :2] - four[0, :2]
-    if u[0] * v[1] - u[1] * v[0] <= 1e-9:
-        return
+    assume(u[0] * v[1] - u[1] * v[0] > 1e-9)
     truth = exact_circle(*four)
     assert sign_of_circle(four, *four[3, :2]) == (truth > 0) - (truth < 0)
 

@@ -307,3 +307,17 @@ def test_texts_in_a_vtu_file_do_not_keep_it_from_being_read(tmp_path):
     field = b"<FieldData>\n" + words + b"\n</FieldData>\n"
     (tmp_path / "m.vtu").write_bytes(text.replace(b"<Piece", field + b"<Piece", 1))
     assert read(tmp_path / "m.vtu").counts == mesh.counts
+
+
+def test_zones_that_a_format_has_no_place_for_are_told_in_one_line_with_the_format_that_has(tmp_path):
+    points, hexes = box(2)
+    sides = hexes[:, :4]
+    zones = [Zone(f"wall {k}", "w", "wall", "face", np.array([k])) for k in range(6)]
+    zones.append(Zone("probe", "set", "", "point", np.array([3])))
+    block = CellBlock("quad", np.arange(len(sides)), sides)
+    mesh = Mesh(points, solid(points, hex=hexes).blocks, boundary=(block,), zones=tuple(zones))
+    told = [text for text in write(mesh, tmp_path / "a.vtu") if "no place" in text]
+    assert told == [
+        "no place in a file of cells (.msh has) for 6 zones of faces: 'wall 0', 'wall 1', 'wall 2', 'wall 3' and 2 more",
+        "no place in a file of cells for 1 zone of points: 'probe'",
+    ]

@@ -73,7 +73,17 @@ def zones_as_numbers(mesh: Mesh, words: str) -> list[str]:
     return [f"zone {zone.name!r} {words}" for zone in mesh.cell_zones] + zones_without_place(mesh)
 
 
+_NAMED = 4
+"""Zones that a sentence names one by one."""
+
+
 def zones_without_place(mesh: Mesh) -> list[str]:
     """Sentences for a format that holds cells and their zones alone."""
-    other = [zone for zone in mesh.zones if zone.entity != "cell"]
-    return [f"zone {z.name!r} groups {z.entity}s: a file of cells has no place for it" for z in other]
+    told = []
+    for entity, better in (("face", " (.msh has)"), ("point", "")):
+        names = [repr(zone.name) for zone in mesh.zones if zone.entity == entity]
+        if names:
+            some = ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+            what = "1 zone" if len(names) == 1 else f"{len(names)} zones"
+            told.append(f"no place in a file of cells{better} for {what} of {entity}s: {some}")
+    return told

@@ -232,7 +232,7 @@ def test_what_is_written_reads_back_as_the_same_mesh(tmp_path, suffix, kind):
             z.name: len(z.members) for z in mesh.zones
         }
     else:
-        assert len(lost) == 2, "what a format does not hold is said"
+        assert all(sum(repr(z.name) in text for text in lost) == 1 for z in mesh.zones), "what is not held is said once"
 
 
 @pytest.mark.parametrize("suffix", [".msh", ".su2", ".vtk", ".vtu"])
@@ -318,6 +318,7 @@ def test_zones_that_a_format_has_no_place_for_are_told_in_one_line_with_the_form
     mesh = Mesh(points, solid(points, hex=hexes).blocks, boundary=(block,), zones=tuple(zones))
     told = [text for text in write(mesh, tmp_path / "a.vtu") if "no place" in text]
     assert told == [
-        "no place in a file of cells (.msh has) for 6 zones of faces: 'wall 0', 'wall 1', 'wall 2', 'wall 3' and 2 more",
+        "no place in a file of cells (.msh and .su2 have it) for 6 zones of faces: "
+        "'wall 0', 'wall 1', 'wall 2', 'wall 3' and 2 more",
         "no place in a file of cells for 1 zone of points: 'probe'",
     ]

@@ -80,7 +80,7 @@ _NAMED = 4
 def zones_without_place(mesh: Mesh) -> list[str]:
     """Sentences for a format that holds cells and their zones alone."""
     told = []
-    for entity, better in (("face", " (.msh has)"), ("point", "")):
+    for entity, better in (("face", " (.msh and .su2 have it)"), ("point", "")):
         names = [repr(zone.name) for zone in mesh.zones if zone.entity == entity]
         if names:
             some = ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")

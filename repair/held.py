@@ -132,9 +132,7 @@ def _outer_points(mesh: Mesh) -> tuple[Ints, Ints]:
     """Point rows on the boundary and on sides between cells of different zones, each maybe more than once."""
     if mesh.faces is None:
         sides = half_faces(mesh)
-        loops = sides.loops(sides.other == NO_CELL)
-        memberships = _memberships(mesh)
-        borders = loops[:0] if memberships is None else sides.loops(_apart(sides.starts, sides.other, memberships))
+        loops, borders = sides.loops(sides.other == NO_CELL), _borders(mesh)
         return loops[loops >= 0], borders[borders >= 0]
     sizes, outside = np.diff(mesh.faces.offsets), mesh.faces.neighbour == NO_CELL
     between = border_faces(mesh) & ~outside
